@@ -1,0 +1,92 @@
+// Acceleration structures: a wide SIMD BVH per mesh and per group, and traversal of sorted batches.
+//
+// Canonical hit (docs/architecture.md): watertight test (Woop, Benthin, Wald 2013) with a double
+// fallback on edges; t clamped into the canonical slab interval of the triangle's own box; equal t
+// broken by (instance path, tri). The hit of a ray never depends on kernel, ISA, tree or packet.
+
+#ifndef CO_ACCEL_ACCEL_H
+#define CO_ACCEL_ACCEL_H
+
+#include "geometry/mesh.h"
+#include "rays/ray.h"
+
+typedef struct CoBvh CoBvh; // bottom level: triangles of one mesh
+
+// Builds over the triangles of `mesh`, whose points and indices must outlive it. An empty mesh gives an
+// empty BVH. Deterministic for any number of threads.
+CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err);
+void co_bvh_destroy(CoBvh *bvh);
+size_t co_bvh_bytes(const CoBvh *bvh);
+
+// One placement, object -> group, in the group's float frame.
+typedef struct CoInstance {
+    uint32_t object;
+    CoAffine to_group, to_object;
+} CoInstance;
+
+typedef struct CoTop CoTop; // BVH over the instances of one group
+
+// What an object id stands for; arrays indexed by object id.
+typedef struct CoObject {
+    const CoMesh *mesh; // NULL for groups
+    const CoBvh *bvh;
+    const CoTop *top;   // NULL for meshes
+    const CoInstance *instances; // of a group
+    uint32_t instance_count;
+    CoVec3 box_min, box_max; // object space; min > max when empty
+} CoObject;
+
+// Builds over the instances (hidden and empty ones left out by the caller). `objects` gives the boxes.
+CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
+                     CohortError *err);
+void co_top_destroy(CoTop *top);
+size_t co_top_bytes(const CoTop *top);
+
+// Instance paths are interned as numbers: path id of the root group's child i at offset
+// first_child_path + i ... computed on the fly: id = base(parent path) + child index, where the bases
+// are prefix sums over nested groups fixed at commit. See accel/paths.h.
+typedef struct CoAccelScene {
+    const CoObject *objects;
+    uint32_t object_count;
+    uint32_t root; // object id of the root group
+} CoAccelScene;
+
+// Counters of a traversal; each worker has its own, summed by the caller.
+typedef struct CoTraverseStats {
+    uint64_t groups;             // of up to 64 rays
+    uint64_t top_nodes_grouped;  // node fetches of all tops, each counted once per group
+    uint64_t top_nodes_single;   // the same, as if every active ray had fetched for itself
+    uint64_t bottom_nodes, triangles;
+    uint64_t invalid; // rays rejected: NaN or infinite parts
+} CoTraverseStats;
+
+// Traverses rays [begin, end) of a batch as groups of 64 and fills hits [begin, end).
+// occlusion: per ray, 1 = stop at the first blocker (hit.t is then any blocker's); NULL = none.
+// grouped: false = ray by ray. Invalid rays get t = NAN. Same hits either way, bit for bit.
+typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
+                          const uint8_t *occlusion, CoHitBatch *hits, size_t begin, size_t end,
+                          bool grouped, CoTraverseStats *stats);
+
+// Table of the kernels of one instruction set; NULL if this machine lacks it or it is masked off.
+typedef struct CoAccelKernels {
+    const char *isa; // "scalar", "sse42", "avx2", "avx512"
+    CoTraverseFn *traverse;
+} CoAccelKernels;
+
+// isa NULL or "" = the best of this machine.
+const CoAccelKernels *co_accel_kernels(const char *isa);
+
+// An instance path resolved: the mesh and the transforms along the way.
+typedef struct CoPlacement {
+    uint32_t object;             // the mesh's object id
+    CoAffine to_world, to_object; // product over the path (render frame)
+    uint32_t chain[8];           // instance index at each level, root first
+    uint32_t chain_length;
+} CoPlacement;
+
+// Number of instance paths that end in a mesh, i.e. one above the largest hit.instance. The ids order
+// like the paths themselves. False when there are more than 2^32 - 2.
+bool co_accel_path_count(const CoAccelScene *scene, uint64_t *out);
+void co_accel_placement(const CoAccelScene *scene, uint32_t instance, CoPlacement *out);
+
+#endif

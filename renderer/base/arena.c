@@ -1,0 +1,86 @@
+#include "base/arena.h"
+
+#include <string.h>
+
+#define CHUNK_BYTES ((size_t)64 << 10)
+#define CHUNK_BYTES_MAX ((size_t)8 << 20)
+
+struct CoArenaChunk {
+    CoArenaChunk *previous;
+    size_t size, used; // of the data behind this header, in bytes
+    char pad[40];      // keeps the data 64-byte aligned
+};
+
+_Static_assert(sizeof(CoArenaChunk) == 64, "chunk data starts on a cache line");
+
+static CoArenaChunk *push_chunk(CoArena *arena, size_t size)
+{
+    size_t wanted = CHUNK_BYTES;
+    while (wanted < arena->total / 2 && wanted < CHUNK_BYTES_MAX)
+        wanted *= 2;
+    if (wanted < size)
+        wanted = size;
+    if (arena->limit && (wanted > arena->limit || arena->total > arena->limit - wanted))
+        return NULL;
+    CoArenaChunk *chunk = co_alloc(arena->tag, sizeof *chunk + wanted);
+    if (!chunk)
+        return NULL;
+    chunk->previous = arena->chunk;
+    chunk->size = wanted;
+    chunk->used = 0;
+    arena->chunk = chunk;
+    arena->total += wanted;
+    return chunk;
+}
+
+void *co_arena_alloc(CoArena *arena, size_t size)
+{
+    if (size > SIZE_MAX / 4)
+        return NULL;
+    size = (size + 15) & ~(size_t)15;
+    CoArenaChunk *chunk = arena->chunk;
+    if (!chunk || chunk->size - chunk->used < size)
+        chunk = push_chunk(arena, size);
+    if (!chunk)
+        return NULL;
+    char *ptr = (char *)(chunk + 1) + chunk->used;
+    chunk->used += size;
+    memset(ptr, 0, size);
+    return ptr;
+}
+
+void *co_arena_array(CoArena *arena, size_t count, size_t size)
+{
+    size_t bytes;
+    return co_size_mul(count, size, &bytes) ? co_arena_alloc(arena, bytes) : NULL;
+}
+
+char *co_arena_string(CoArena *arena, const char *text, size_t length)
+{
+    char *copy = co_arena_alloc(arena, length + 1);
+    if (copy && length)
+        memcpy(copy, text, length);
+    return copy;
+}
+
+CoArenaMark co_arena_mark(const CoArena *arena)
+{
+    return (CoArenaMark){arena->chunk, arena->chunk ? arena->chunk->used : 0};
+}
+
+void co_arena_rewind(CoArena *arena, CoArenaMark mark)
+{
+    while (arena->chunk != mark.chunk) {
+        CoArenaChunk *chunk = arena->chunk;
+        arena->chunk = chunk->previous;
+        arena->total -= chunk->size;
+        co_free(arena->tag, chunk, sizeof *chunk + chunk->size);
+    }
+    if (arena->chunk)
+        arena->chunk->used = mark.used;
+}
+
+void co_arena_clear(CoArena *arena)
+{
+    co_arena_rewind(arena, (CoArenaMark){NULL, 0});
+}

@@ -1,0 +1,90 @@
+#include "base/memory.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct {
+    atomic_size_t live, peak;
+} tally[CO_MEMORY_TAG_COUNT];
+
+static atomic_uint_fast64_t fail_countdown; // 0: off; 1: fail now and from now on
+
+static bool must_fail(void)
+{
+    uint_fast64_t n = atomic_load_explicit(&fail_countdown, memory_order_relaxed);
+    if (n == 0)
+        return false;
+    if (n > 1)
+        atomic_fetch_sub_explicit(&fail_countdown, 1, memory_order_relaxed);
+    return n == 1;
+}
+
+static void count(CoMemoryTag tag, size_t size)
+{
+    size_t live = atomic_fetch_add_explicit(&tally[tag].live, size, memory_order_relaxed) + size;
+    size_t peak = atomic_load_explicit(&tally[tag].peak, memory_order_relaxed);
+    while (live > peak && !atomic_compare_exchange_weak(&tally[tag].peak, &peak, live))
+        ;
+}
+
+void *co_alloc(CoMemoryTag tag, size_t size)
+{
+    if (size == 0 || size > SIZE_MAX / 2 || must_fail())
+        return NULL;
+    void *ptr = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    if (ptr)
+        count(tag, size);
+    return ptr;
+}
+
+void *co_alloc_zero(CoMemoryTag tag, size_t size)
+{
+    void *ptr = co_alloc(tag, size);
+    if (ptr)
+        memset(ptr, 0, size);
+    return ptr;
+}
+
+void co_free(CoMemoryTag tag, void *ptr, size_t size)
+{
+    if (!ptr)
+        return;
+    atomic_fetch_sub_explicit(&tally[tag].live, size, memory_order_relaxed);
+    free(ptr);
+}
+
+void *co_realloc(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
+{
+    void *moved = co_alloc(tag, new_size);
+    if (!moved)
+        return NULL;
+    if (ptr) {
+        memcpy(moved, ptr, old_size < new_size ? old_size : new_size);
+        co_free(tag, ptr, old_size);
+    }
+    return moved;
+}
+
+size_t co_memory_live(CoMemoryTag tag)
+{
+    return atomic_load(&tally[tag].live);
+}
+
+size_t co_memory_peak(CoMemoryTag tag)
+{
+    return atomic_load(&tally[tag].peak);
+}
+
+const char *co_memory_tag_name(CoMemoryTag tag)
+{
+    static const char *const names[CO_MEMORY_TAG_COUNT] = {
+        "base",    "usda",  "scene", "geometry", "accel",   "rays",
+        "texture", "light", "film",  "color",    "delegate"};
+    return names[tag];
+}
+
+void co_memory_fail_after(uint64_t n)
+{
+    atomic_store(&fail_countdown, n);
+}

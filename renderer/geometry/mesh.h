@@ -1,0 +1,78 @@
+// A committed mesh: tessellated once, points shared by index, with what shading asks of it.
+//
+// A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv at a uniform
+// level (each limit vertex evaluated once, edge interiors once in one direction, then face
+// interiors), polygons triangulated. Triangles are numbered in face order: all of face 0, then face
+// 1 ... so "tri" orders like (face, sub-triangle).
+// Space: object. Threads: read-only after creation.
+
+#ifndef CO_GEOMETRY_MESH_H
+#define CO_GEOMETRY_MESH_H
+
+#include "cohort/scene.h"
+#include "math/vec.h"
+
+// Public to the accel room; the rest is private to geometry.
+typedef struct CoMesh {
+    const float *points;     // [point_count * 3], finite
+    const uint32_t *indices; // [tri_count * 3] into points
+    uint32_t point_count, tri_count;
+    uint32_t face_count;     // faces of the cage
+    uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)
+    CoVec3 box_min, box_max;
+    size_t bytes; // all memory of the mesh
+    struct CoMeshShading *shading; // private to geometry
+} CoMesh;
+
+// Called for things repaired on the way; text lives for the call.
+typedef void CoMeshWarnFn(void *cookie, const char *text);
+
+// Tessellates. False with the reason when the description cannot be rendered (desc->path named).
+// Non-finite points drop the faces that use them, with a warning. An empty mesh is fine (0 triangles).
+bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn, void *cookie,
+                    CohortError *err);
+void co_mesh_destroy(CoMesh *mesh);
+
+// What a hit point looks like, object space.
+typedef struct CoSurface {
+    CoVec3 p;        // on the triangle
+    CoVec3 p_error;  // bound of |computed - exact| per axis
+    CoVec3 ng;       // unit geometric normal of the triangle, outward by the mesh's orientation
+    CoVec3 ns;       // unit shading normal: limit normal, authored normals, or ng
+    uint32_t face;   // face of the cage
+    uint32_t material; // of the subset or the mesh
+    uint32_t ptex_face;  // including ptex_face_offset
+    float ptex_u, ptex_v; // in that Ptex face
+    CoVec3 ptex_dpdu, ptex_dpdv; // derivative of p by them
+} CoSurface;
+
+// (u, v): barycentrics of corners 1 and 2 of the triangle.
+void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out);
+
+// Index of a primvar by name, -1 if the mesh has none such.
+int co_mesh_primvar_find(const CoMesh *mesh, const char *name);
+
+// Value of a primvar; missing components are 0 (alpha 1).
+void co_mesh_primvar(const CoMesh *mesh, int primvar, uint32_t tri, float u, float v, float out[4]);
+
+// A 2-component primvar as texture coordinates with dp/ds and dp/dt over the triangle (zero vectors
+// where the parametrisation is degenerate).
+typedef struct CoTexCoord {
+    float s, t;
+    CoVec3 dpds, dpdt;
+} CoTexCoord;
+void co_mesh_texcoord(const CoMesh *mesh, int primvar, uint32_t tri, float u, float v,
+                      CoTexCoord *out);
+
+// UsdGeom implicits as meshes: fills `desc` with arrays allocated from `arena`. axis: 0 x, 1 y, 2 z.
+// The surfaces are limit surfaces of nothing: polygons with smooth normals as a face-varying primvar.
+typedef enum CoImplicit {
+    CO_IMPLICIT_SPHERE = 0,
+    CO_IMPLICIT_CUBE,
+    CO_IMPLICIT_CONE,
+    CO_IMPLICIT_CYLINDER,
+    CO_IMPLICIT_CAPSULE,
+    CO_IMPLICIT_PLANE
+} CoImplicit;
+
+#endif

@@ -1,0 +1,64 @@
+// Lights of a committed scene (UsdLux), sampled, met by rays, and with one pdf for both sides.
+//
+// Lights are no surfaces: they block nothing. A ray collects, with its weight, the emission of every
+// finite light it crosses before its first surface, and of dome and distant lights when it finds none.
+
+#ifndef CO_LIGHT_LIGHT_H
+#define CO_LIGHT_LIGHT_H
+
+#include "cohort/scene.h"
+#include "math/vec.h"
+
+typedef struct CoLights CoLights;
+
+// A dome's or rect's image, read at commit; NULL pixels = none.
+typedef struct CoLightImage {
+    const float *pixels; // [height][width][4], rows from the top; must outlive the lights
+    uint32_t width, height;
+} CoLightImage;
+
+// descs in the order of light ids; `frame` = world to render frame translation (render = world -
+// frame); rgb_to_rendering: 3x3 row-major Rec.709 -> rendering space for color temperature.
+// scene_radius: of the scene's box in the render frame, for distant and dome power estimates.
+CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *images, uint32_t count,
+                           const double frame[3], const float rgb_to_rendering[9],
+                           float scene_radius, CohortError *err);
+void co_lights_destroy(CoLights *lights);
+
+uint32_t co_lights_count(const CoLights *lights); // those that can contribute
+// Brightest radiance any light can show, for the film's unit; irradiance for delta distant lights.
+float co_lights_max_radiance(const CoLights *lights);
+
+typedef struct CoLightSample {
+    uint32_t emitter;
+    CoVec3 wi;      // unit, towards the light
+    bool is_delta;  // distant light of angle 0: pdf is a probability, not a density
+} CoLightSample;
+
+// Chooses a light and a direction from `org` (on a surface with normal n; n = 0 in none). False when
+// nothing can be received there.
+bool co_light_sample(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, float u0, float u1,
+                     CoLightSample *out);
+
+// Solid-angle pdf with which co_light_sample makes direction wi by this emitter, selection included
+// (the probability, for delta lights). The one function for both sides of multiple importance sampling.
+float co_light_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, uint32_t emitter, CoVec3 wi);
+
+// Where a ray aimed at `emitter` ends: the distance to it (INFINITY for dome and distant), by
+// intersection, or by closest approach where rounding misses it. *radiance = what it sends back along
+// the ray, times the light's diffuse multiplier. (0 from behind a one-sided light.)
+float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t emitter,
+                       CoVec3 *radiance);
+
+// Calls fn for every emitter the ray (not delta lights) meets with tnear < t < tfar; dome and distant
+// lights only when tfar is infinite.
+typedef struct CoLightHit {
+    uint32_t emitter;
+    float t;
+    CoVec3 radiance;
+} CoLightHit;
+typedef void CoLightHitFn(void *context, const CoLightHit *hit);
+void co_light_collect(const CoLights *lights, CoVec3 org, CoVec3 dir, float tnear, float tfar,
+                      CoLightHitFn *fn, void *context);
+
+#endif

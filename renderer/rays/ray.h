@@ -1,0 +1,127 @@
+// Rays: the 36-byte record on disk and the field arrays of an active batch.
+//
+// Source: Eisenacher et al. 2013, 3.1 and figure 3; layout in docs/architecture.md ("Rays").
+
+#ifndef CO_RAYS_RAY_H
+#define CO_RAYS_RAY_H
+
+#include "math/vec.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+// Who made a ray.
+typedef enum CoRayKind {
+    CO_RAY_CAMERA = 0,
+    CO_RAY_BSDF = 1,
+    CO_RAY_LIGHT = 2 // towards a sampled point on an emitter; only visibility matters
+} CoRayKind;
+
+// Bits of CoRay.flags.
+enum {
+    CO_RAY_FROM_SPLIT = 1,  // left the vertex where the path split (sample counts n differ there)
+    CO_RAY_HAS_SPLIT = 2,   // the path has passed its split vertex (this or an earlier one)
+    CO_RAY_DELTA = 4,       // left a delta lobe: no light sample competes
+    CO_RAY_PASSED = 8,      // has passed through a cut-out; t_min counts
+    CO_RAY_NORMAL_VALID = 16
+};
+
+// One ray, decoded. Every consumer works on decoded values only.
+typedef struct CoRay {
+    CoVec3 org;     // render frame
+    CoVec3 dir;     // unit to 1.1e-7
+    float tnear;    // 0 unless the ray has passed a cut-out
+    CoVec3 weight;  // path throughput; for light rays times f cos / pdf and the MIS weight
+    float pdf;      // BSDF ray: solid-angle pdf; INFINITY = delta; 0 = no light sample was taken
+    CoVec3 normal;  // BSDF ray: normal of the vertex it left, quantised
+    uint32_t emitter;      // light ray: which
+    uint32_t path;         // sample in round * pixels + pixel
+    uint32_t kind, depth;  // CoRayKind; segment number, the camera's is 1
+    uint32_t branch;       // which BSDF ray of the split this path follows
+    float width, spread;   // footprint: width at the origin (scene units), growth per unit length
+    uint32_t flags;
+    uint32_t extra;        // index into the scene's interned table (optional word)
+} CoRay;
+
+// Word layout of a record; 9 words, then optional ones in this order.
+enum {
+    CO_RAY_WORDS = 9,
+    CO_RAY_WORDS_MAX = 11,
+    CO_RAY_OPTION_TNEAR = 1, // + 1 word: scenes with cut-outs
+    CO_RAY_OPTION_EXTRA = 2  // + 1 word: scenes with linking
+};
+
+// Keys of the stochastic rounding of a weight: pure functions of the path, never of order.
+typedef struct CoRayKey {
+    uint32_t pixel, sample, seed; // sample = absolute index
+} CoRayKey;
+
+// Returns the number of words per record for these options: 9, 10 or 11.
+static inline uint32_t co_ray_words(uint32_t options)
+{
+    return CO_RAY_WORDS + (options & 1u) + ((options >> 1) & 1u);
+}
+
+// Encodes a ray. Returns the number of records written to `words` (each co_ray_words(options) long):
+// 0 = lost to the underflow roulette, 1, or more when a weight beyond the format is split (at most 4:
+// light rays use their exponent extension instead). *overflow counts splits.
+uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_t *words,
+                       uint32_t *overflow);
+
+// Decodes one record.
+void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out);
+
+// What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
+// these, so that both sides of multiple importance sampling see the same numbers.
+CoVec3 co_ray_quantize_direction(CoVec3 dir);
+float co_ray_quantize_pdf(float pdf);
+CoVec3 co_ray_quantize_normal(CoVec3 n);
+
+// Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component.
+static inline uint32_t co_ray_bin(CoVec3 d)
+{
+    float x = fabsf(d.x), y = fabsf(d.y), z = fabsf(d.z);
+    if (x >= y && x >= z)
+        return d.x < 0.0f ? 1u : 0u;
+    if (y >= z)
+        return d.y < 0.0f ? 3u : 2u;
+    return d.z < 0.0f ? 5u : 4u;
+}
+
+// Field arrays of an active batch, in sort order: X(type, name). All 64-byte aligned, padded to 64.
+// tfar: where the ray ends (camera: far clip; light: its emitter; else infinity).
+// record: index of the record in the batch, so that the rest can be decoded when needed.
+#define CO_RAY_FIELDS(X)                                                                           \
+    X(float, org_x)                                                                                \
+    X(float, org_y)                                                                                \
+    X(float, org_z)                                                                                \
+    X(float, dir_x)                                                                                \
+    X(float, dir_y)                                                                                \
+    X(float, dir_z)                                                                                \
+    X(float, tnear)                                                                                \
+    X(float, tfar)                                                                                 \
+    X(uint32_t, record)
+
+typedef struct CoRayBatch {
+#define CO_RAY_MEMBER(type, name) type *name;
+    CO_RAY_FIELDS(CO_RAY_MEMBER)
+#undef CO_RAY_MEMBER
+    size_t count, capacity;
+} CoRayBatch;
+
+// Hits of a batch, same order as the rays. t = INFINITY: no hit (or, for occlusion rays, not blocked).
+#define CO_HIT_FIELDS(X)                                                                           \
+    X(float, t)                                                                                    \
+    X(float, u)                                                                                    \
+    X(float, v)                                                                                    \
+    X(uint32_t, instance) /* instance path id, see accel/accel.h */                                \
+    X(uint32_t, tri)      /* triangle of the mesh, in face order */
+
+typedef struct CoHitBatch {
+#define CO_HIT_MEMBER(type, name) type *name;
+    CO_HIT_FIELDS(CO_HIT_MEMBER)
+#undef CO_HIT_MEMBER
+    size_t count, capacity;
+} CoHitBatch;
+
+#endif

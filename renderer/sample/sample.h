@@ -1,0 +1,41 @@
+// Random numbers as a pure function of (pixel, sample, vertex, branch, decision).
+//
+// Each decision draws from its own shuffled, Owen-scrambled Sobol' set of at most 4 dimensions
+// (Burley 2020, "Practical Hash-based Owen Scrambling").
+
+#ifndef CO_SAMPLE_SAMPLE_H
+#define CO_SAMPLE_SAMPLE_H
+
+#include "cohort/render.h"
+
+#include <stdint.h>
+
+typedef enum CoDecision {
+    CO_DECISION_CAMERA = 0, // filter x, y; lens x, y
+    CO_DECISION_BSDF,       // lobe; direction x, y
+    CO_DECISION_LIGHT,      // light; position x, y
+    CO_DECISION_ROULETTE,   // survival
+    CO_DECISION_COUNT
+} CoDecision;
+
+// The path whose numbers are drawn. index = sample, or sample * n + branch from the split on (64-bit,
+// hashed down where it passes 32 bits). Even and odd samples are scrambled independently.
+typedef struct CoSampleKey {
+    uint32_t pixel, sample, seed;
+} CoSampleKey;
+
+// Fills out[0..count), count <= 4, each in [0, 1). vertex = depth of the ray that leaves; `split` = n
+// branches at this decision (1 if none), `branch` in [0, split); path_branch = branch the path follows.
+void co_sample(CoSampleKey key, uint32_t vertex, uint32_t path_branch, CoDecision decision,
+               uint32_t branch, uint32_t split, uint32_t count, float *out);
+
+// Uniform hash in [0, 1) for decisions that must not use up a dimension (pass-through, rounding).
+float co_sample_hash(CoSampleKey key, uint32_t a, uint32_t b);
+
+// Offset from the pixel's center, importance-sampled from the filter: (u0, u1) -> pixels.
+void co_filter_sample(CohortFilter filter, float u0, float u1, float *dx, float *dy);
+
+// Uniform disk (Shirley, Chiu 1997).
+void co_disk_sample(float u0, float u1, float *x, float *y);
+
+#endif

@@ -1,0 +1,10 @@
+#!/bin/sh
+# Installs what is missing, builds Cohort in build/ and runs every test.
+# Usage: sh tests/run.sh [arguments for ctest]
+set -eu
+cd "$(dirname "$0")/.."
+
+sh examples/setup.sh
+cmake -S . -B build -DCMAKE_BUILD_TYPE=Release
+cmake --build build --parallel "$(nproc)"
+exec ctest --test-dir build --output-on-failure "$@"

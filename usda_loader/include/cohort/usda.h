@@ -1,0 +1,262 @@
+// Reading USDA: layers, composition, and the composed stage as typed values.
+//
+// A stage is opened once and is then read-only: any number of threads may query it. Every pointer that
+// a query returns lives until cohort_stage_destroy.
+
+#ifndef COHORT_USDA_H
+#define COHORT_USDA_H
+
+#include "cohort/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct CohortStage CohortStage;
+typedef struct CohortPrim CohortPrim;
+
+// A run of bytes, also NUL-terminated.
+typedef struct CohortString {
+    const char *text;
+    size_t length;
+} CohortString;
+
+// Value types as USDA spells them; roles (point3f, color3f ...) keep their own number.
+typedef enum CohortType {
+    COHORT_TYPE_NONE = 0,
+    COHORT_TYPE_BLOCK, // None
+    COHORT_TYPE_BOOL,  // 1 byte
+    COHORT_TYPE_UCHAR,
+    COHORT_TYPE_INT,
+    COHORT_TYPE_UINT,
+    COHORT_TYPE_INT64,
+    COHORT_TYPE_UINT64,
+    COHORT_TYPE_HALF, // stored as 2 bytes
+    COHORT_TYPE_FLOAT,
+    COHORT_TYPE_DOUBLE,
+    COHORT_TYPE_TIMECODE, // double
+    COHORT_TYPE_STRING,   // CohortString
+    COHORT_TYPE_TOKEN,
+    COHORT_TYPE_ASSET,
+    COHORT_TYPE_PATH_EXPRESSION,
+    COHORT_TYPE_INT2,
+    COHORT_TYPE_INT3,
+    COHORT_TYPE_INT4,
+    COHORT_TYPE_HALF2,
+    COHORT_TYPE_HALF3,
+    COHORT_TYPE_HALF4,
+    COHORT_TYPE_FLOAT2,
+    COHORT_TYPE_FLOAT3,
+    COHORT_TYPE_FLOAT4,
+    COHORT_TYPE_DOUBLE2,
+    COHORT_TYPE_DOUBLE3,
+    COHORT_TYPE_DOUBLE4,
+    COHORT_TYPE_QUATH, // stored imaginary first (x, y, z, w) as the reference does; text is (w, x, y, z)
+    COHORT_TYPE_QUATF,
+    COHORT_TYPE_QUATD,
+    COHORT_TYPE_MATRIX2D,
+    COHORT_TYPE_MATRIX3D,
+    COHORT_TYPE_MATRIX4D,
+    COHORT_TYPE_POINT3H,
+    COHORT_TYPE_POINT3F,
+    COHORT_TYPE_POINT3D,
+    COHORT_TYPE_NORMAL3H,
+    COHORT_TYPE_NORMAL3F,
+    COHORT_TYPE_NORMAL3D,
+    COHORT_TYPE_VECTOR3H,
+    COHORT_TYPE_VECTOR3F,
+    COHORT_TYPE_VECTOR3D,
+    COHORT_TYPE_COLOR3H,
+    COHORT_TYPE_COLOR3F,
+    COHORT_TYPE_COLOR3D,
+    COHORT_TYPE_COLOR4H,
+    COHORT_TYPE_COLOR4F,
+    COHORT_TYPE_COLOR4D,
+    COHORT_TYPE_FRAME4D,
+    COHORT_TYPE_TEXCOORD2H,
+    COHORT_TYPE_TEXCOORD2F,
+    COHORT_TYPE_TEXCOORD2D,
+    COHORT_TYPE_TEXCOORD3H,
+    COHORT_TYPE_TEXCOORD3F,
+    COHORT_TYPE_TEXCOORD3D,
+    COHORT_TYPE_OPAQUE,
+    COHORT_TYPE_GROUP,
+    // What only fields hold:
+    COHORT_TYPE_DICTIONARY,
+    COHORT_TYPE_TIME_SAMPLES,
+    COHORT_TYPE_TOKEN_LIST_OP,
+    COHORT_TYPE_STRING_LIST_OP,
+    COHORT_TYPE_PATH_LIST_OP,
+    COHORT_TYPE_INT_LIST_OP,
+    COHORT_TYPE_UINT_LIST_OP,
+    COHORT_TYPE_INT64_LIST_OP,
+    COHORT_TYPE_UINT64_LIST_OP,
+    COHORT_TYPE_REFERENCE_LIST_OP,
+    COHORT_TYPE_PAYLOAD_LIST_OP,
+    COHORT_TYPE_VARIANT_SELECTION,
+    COHORT_TYPE_SUBLAYERS,
+    COHORT_TYPE_RELOCATES,
+    COHORT_TYPE_SPLINE,
+    COHORT_TYPE_ARRAY_EDIT,
+    COHORT_TYPE_ANIMATION_BLOCK,
+    COHORT_TYPE_COUNT
+} CohortType;
+
+typedef enum CohortSpecifier {
+    COHORT_SPECIFIER_DEF = 0,
+    COHORT_SPECIFIER_OVER,
+    COHORT_SPECIFIER_CLASS
+} CohortSpecifier;
+
+// One thing found in the input.
+typedef void CohortDiagnosticFn(void *cookie, CohortSeverity severity, const char *file,
+                                uint32_t line, uint32_t column, const char *prim_path,
+                                const char *text);
+
+// A variant selection from outside the stage: beats every opinion in it.
+typedef struct CohortVariantChoice {
+    const char *prim, *set, *selection;
+} CohortVariantChoice;
+
+// Zero is the default of every field; limits are finite by default, COHORT_NO_LIMIT lifts them.
+typedef struct CohortStageOptions {
+    uint64_t max_bytes;        // of one layer; 0 = 16 GiB
+    uint64_t max_depth;        // prim nesting and value nesting; 0 = 512
+    uint64_t max_prims;        // composed; 0 = 100 million
+    uint64_t max_layers;       // 0 = 100,000
+    uint64_t max_array_length; // elements; 0 = 2^31
+    bool no_payloads;
+    bool strict; // warnings are errors
+    const CohortVariantChoice *variants;
+    size_t variant_count;
+    CohortDiagnosticFn *report; // receives errors and warnings as they are found; may be NULL
+    void *cookie;
+} CohortStageOptions;
+
+// Opens and composes. Fails only when the root layer cannot be read; missing references and the like
+// are reported and composition goes on.
+CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
+                               CohortError *err);
+void cohort_stage_destroy(CohortStage *stage);
+
+// ---- Stage -------------------------------------------------------------------------------------
+typedef struct CohortStageInfo {
+    const char *default_prim; // "" if none
+    const char *up_axis;      // "Y" or "Z"
+    const char *render_settings_prim_path; // "" if none
+    double meters_per_unit, time_codes_per_second, frames_per_second;
+    double start_time_code, end_time_code;
+    bool has_time_range;
+    size_t layer_count, prim_count;
+    uint64_t hash; // of the contents of all layers used
+} CohortStageInfo;
+void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out);
+
+// Path of a layer used, i < layer_count; the root layer is 0.
+const char *cohort_stage_layer(const CohortStage *stage, size_t i);
+
+// Earliest time at which anything is sampled, or the start time code; false if nothing varies and no
+// range is authored.
+bool cohort_stage_earliest_time(const CohortStage *stage, double *out);
+
+// ---- Prims -------------------------------------------------------------------------------------
+// Active, defined, loaded prims are what iteration shows; classes and overs are skipped but can be
+// found by path. Instances show their prototype's children in place (the prims are shared: several
+// instances return the same CohortPrim children; see cohort_prim_prototype).
+const CohortPrim *cohort_stage_root(const CohortStage *stage); // the pseudo-root
+const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path); // NULL: none
+
+const char *cohort_prim_name(const CohortPrim *prim);
+const char *cohort_prim_path(const CohortPrim *prim);      // "/World/Mesh"
+const char *cohort_prim_type(const CohortPrim *prim);      // "Mesh", "" if untyped
+CohortSpecifier cohort_prim_specifier(const CohortPrim *prim);
+const CohortPrim *cohort_prim_parent(const CohortPrim *prim); // NULL for the pseudo-root
+size_t cohort_prim_child_count(const CohortPrim *prim);
+const CohortPrim *cohort_prim_child(const CohortPrim *prim, size_t i);
+bool cohort_prim_is_active(const CohortPrim *prim);
+bool cohort_prim_is_defined(const CohortPrim *prim);  // specifier def, all ancestors too
+bool cohort_prim_is_abstract(const CohortPrim *prim); // class, or below one
+bool cohort_prim_is_instance(const CohortPrim *prim); // instanceable with arcs
+// Equal for instances that share everything below; NULL for others. The prototype is the first
+// instance met, whose children all of them show.
+const CohortPrim *cohort_prim_prototype(const CohortPrim *prim);
+bool cohort_prim_has_api(const CohortPrim *prim, const char *schema); // applied API schemas
+const char *cohort_prim_kind(const CohortPrim *prim);
+
+// Variant sets of a prim and what is selected ("" if nothing).
+size_t cohort_prim_variant_set_count(const CohortPrim *prim);
+const char *cohort_prim_variant_set(const CohortPrim *prim, size_t i);
+const char *cohort_prim_variant_selection(const CohortPrim *prim, const char *set);
+size_t cohort_prim_variant_count(const CohortPrim *prim, const char *set);
+const char *cohort_prim_variant(const CohortPrim *prim, const char *set, size_t i);
+
+// ---- Properties --------------------------------------------------------------------------------
+// Names of authored properties, composed, sorted as the reference does.
+size_t cohort_prim_property_count(const CohortPrim *prim);
+const char *cohort_prim_property_name(const CohortPrim *prim, size_t i);
+bool cohort_prim_has_attribute(const CohortPrim *prim, const char *name);
+bool cohort_prim_has_relationship(const CohortPrim *prim, const char *name);
+
+// A resolved value: the strongest opinion at a time, interpolated where that is asked for.
+typedef struct CohortValue {
+    CohortType type; // NONE: no value (or blocked)
+    bool is_array;
+    size_t count;     // elements; 1 for scalars
+    const void *data; // packed elements of the type
+} CohortValue;
+
+// Asks for default values instead of a time.
+#define COHORT_TIME_DEFAULT ((double)NAN)
+
+// The value of an attribute at a time code (NAN = default value). Linear interpolation for floating
+// types of equal length, else held. Returns false when there is none.
+bool cohort_prim_value(const CohortPrim *prim, const char *name, double time, CohortValue *out);
+
+// Authored sample times (in stage time); count 0 = not animated.
+size_t cohort_prim_time_samples(const CohortPrim *prim, const char *name, const double **times);
+
+// Attribute metadata as a value: "interpolation", "elementSize", "colorSpace", ...
+bool cohort_prim_attribute_metadata(const CohortPrim *prim, const char *name, const char *key,
+                                    CohortValue *out);
+bool cohort_prim_metadata(const CohortPrim *prim, const char *key, CohortValue *out);
+
+// An asset-valued attribute's paths resolved against the layer that authored each: as many as
+// elements. resolved is "" where no file exists (but see `anchored`: the path it should have had).
+typedef struct CohortAsset {
+    const char *authored, *anchored, *resolved;
+} CohortAsset;
+size_t cohort_prim_assets(const CohortPrim *prim, const char *name, double time,
+                          const CohortAsset **out);
+
+// Targets of a relationship, or connections of an attribute, as absolute stage paths.
+size_t cohort_prim_targets(const CohortPrim *prim, const char *name, const char *const **out);
+size_t cohort_prim_connections(const CohortPrim *prim, const char *name, const char *const **out);
+
+// Where the strongest opinion of a property stands, for messages.
+bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char **layer,
+                        uint32_t *line);
+
+// ---- Convenience over values (typed, with a fallback) ------------------------------------------
+double cohort_prim_double(const CohortPrim *prim, const char *name, double time, double fallback);
+bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);
+const char *cohort_prim_token(const CohortPrim *prim, const char *name, double time,
+                              const char *fallback); // token, string or asset text
+// Copies up to `count` numbers, converted to double, of a scalar vector or matrix; false if absent.
+bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, double *out,
+                         size_t count);
+
+// UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!.
+bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
+                                 bool *resets);
+
+// ---- Layers ------------------------------------------------------------------------------------
+// Reads one layer and writes it back as USDA; flatten composes first. out NULL = standard output.
+bool cohort_layer_cat(const char *in, const char *out, const CohortStageOptions *options,
+                      CohortError *err);
+bool cohort_stage_flatten(const CohortStage *stage, const char *out, CohortError *err);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

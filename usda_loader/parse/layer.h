@@ -1,0 +1,138 @@
+// A layer: specs and fields as plain data, exactly what one file says and nothing composed.
+//
+// Everything hangs off one arena and is freed by one call. Tokens, paths and strings are interned per
+// process (co_token), so equal text means equal pointer.
+
+#ifndef CO_PARSE_LAYER_H
+#define CO_PARSE_LAYER_H
+
+#include "base/arena.h"
+#include "cohort/usda.h"
+
+// Interns text for the life of the process; equal text gives the same pointer, NUL-terminated.
+// Threads: any. NULL when out of memory.
+const char *co_token(const char *text, size_t length);
+
+typedef struct CoValue CoValue;
+
+// Kinds beyond the plain ones that a field can hold.
+typedef enum CoListOpKind {
+    CO_LIST_EXPLICIT = 0,
+    CO_LIST_ADDED,
+    CO_LIST_PREPENDED,
+    CO_LIST_APPENDED,
+    CO_LIST_DELETED,
+    CO_LIST_ORDERED,
+    CO_LIST_KIND_COUNT
+} CoListOpKind;
+
+// Items are CohortString (tokens, strings, paths), int32/uint32/int64/uint64, or CoArc (references,
+// payloads), by the value's type.
+typedef struct CoListOp {
+    bool is_explicit;
+    struct {
+        void *items;
+        size_t count;
+    } list[CO_LIST_KIND_COUNT];
+} CoListOp;
+
+// A reference or payload item.
+typedef struct CoArc {
+    const char *asset; // "" = internal
+    const char *prim;  // "" = default prim
+    double offset, scale;
+    CoValue *custom_data; // dictionary or NULL
+    uint32_t line;
+} CoArc;
+
+typedef struct CoDictEntry {
+    const char *key; // token
+    CoValue *value;
+} CoDictEntry;
+
+typedef struct CoDict {
+    CoDictEntry *entries; // sorted by key text
+    size_t count;
+} CoDict;
+
+typedef struct CoTimeSamples {
+    double *times; // ascending
+    CoValue *values;
+    size_t count;
+} CoTimeSamples;
+
+// One value. Arrays are packed elements at `data`; scalars too (count 1). Blocks (None) have
+// type COHORT_TYPE_BLOCK.
+struct CoValue {
+    CohortType type;
+    bool is_array;
+    size_t count;     // elements
+    const void *data; // elements of co_type_size(type) bytes; or CoListOp, CoDict, CoTimeSamples, ...
+};
+
+// Bytes of one element: 12 for float3, sizeof(CohortString) for strings, tokens and asset paths, ...
+size_t co_type_size(CohortType type);
+const char *co_type_name(CohortType type);                 // "float3"; arrays add "[]"
+bool co_type_from_name(const char *name, size_t length, CohortType *out, bool *is_array);
+
+typedef struct CoField {
+    const char *name; // token: "default", "timeSamples", "references", "kind", ...
+    CoValue value;
+    uint32_t line;
+} CoField;
+
+typedef enum CoSpecKind {
+    CO_SPEC_LAYER = 0, // the pseudo-root: layer metadata
+    CO_SPEC_PRIM,
+    CO_SPEC_ATTRIBUTE,
+    CO_SPEC_RELATIONSHIP,
+    CO_SPEC_VARIANT_SET,
+    CO_SPEC_VARIANT
+} CoSpecKind;
+
+typedef struct CoSpec CoSpec;
+struct CoSpec {
+    CoSpecKind kind;
+    const char *name; // token; of a variant its name, of a variant set its name
+    CoSpec *parent;
+    uint32_t line;
+    CohortSpecifier specifier; // prims
+    const char *type_name;     // token: prim type ("" none) or attribute type ("float3[]")
+    bool is_custom, is_uniform; // properties
+    CoField *fields;
+    size_t field_count;
+    CoSpec **children; // prims, in order (of the layer, a prim or a variant)
+    size_t child_count;
+    CoSpec **properties; // in order
+    size_t property_count;
+    CoSpec **variant_sets; // each with variants as its children
+    size_t variant_set_count;
+};
+
+typedef struct CoLayer {
+    CoArena arena;
+    const char *path; // token: absolute, normalised file path
+    CoSpec *root;     // kind CO_SPEC_LAYER
+    size_t byte_count;
+} CoLayer;
+
+// Parses text. diagnostics receives every error found (the parser recovers); NULL result when any.
+// Limits come from options. Threads: any; no shared state but tokens.
+CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
+                        const CohortStageOptions *options, CohortDiagnosticFn *report, void *cookie,
+                        CohortError *err);
+
+// Opens .usda and text .usd; refuses binary crates and packages by name.
+CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
+                       CohortDiagnosticFn *report, void *cookie, CohortError *err);
+void co_layer_destroy(CoLayer *layer);
+
+// NULL when the spec has no such field. `name` must be a token.
+const CoField *co_spec_field(const CoSpec *spec, const char *name);
+const CoSpec *co_spec_child(const CoSpec *spec, const char *name);
+const CoSpec *co_spec_property(const CoSpec *spec, const char *name);
+
+// Writes the layer as USDA, every spec and field, floats in shortest round-trip form.
+bool co_layer_write(const CoLayer *layer, const char *path, CohortError *err);
+
+#endif
