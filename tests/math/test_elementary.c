@@ -1,0 +1,148 @@
+// Own elementary functions against libm in double: error in units of the last place, and edges.
+
+#include "math/elementary.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+// Distance of got from want in units of float32's last place at want.
+static double ulps(float got, double want)
+{
+    int exponent;
+    frexp(want, &exponent);
+    if (exponent < -125)
+        exponent = -125;
+    return fabs((double)got - want) / ldexp(1.0, exponent - 24);
+}
+
+static double worst_over(float lo, float hi, int count, float (*f)(float), double (*exact)(double))
+{
+    double worst = 0.0;
+    for (int i = 0; i <= count; i++) {
+        float x = lo + (hi - lo) * ((float)i / (float)count);
+        double error = ulps(f(x), exact((double)x));
+        if (!(error <= worst))
+            worst = error;
+    }
+    return worst;
+}
+
+static void each_function_is_within_its_error(void **state)
+{
+    (void)state;
+    const int n = 200000;
+    assert_true(worst_over(-7.0f, 7.0f, n, co_sinf, sin) < 0.52);
+    assert_true(worst_over(-7.0f, 7.0f, n, co_cosf, cos) < 0.52);
+    assert_true(worst_over(-1e6f, 1e6f, n, co_sinf, sin) < 0.52);
+    assert_true(worst_over(-1e6f, 1e6f, n, co_cosf, cos) < 0.52);
+    assert_true(worst_over(-1.57f, 1.57f, n, co_tanf, tan) < 0.52);
+    assert_true(worst_over(-87.0f, 88.0f, n, co_expf, exp) < 0.52);
+    assert_true(worst_over(-126.0f, 127.9f, n, co_exp2f, exp2) < 0.52);
+    assert_true(worst_over(-149.0f, -126.0f, n, co_exp2f, exp2) < 0.52);
+    assert_true(worst_over(1e-30f, 1e-28f, n, co_logf, log) < 0.52);
+    assert_true(worst_over(0.5f, 2.0f, n, co_logf, log) < 0.52);
+    assert_true(worst_over(0.5f, 1e6f, n, co_log2f, log2) < 0.52);
+    assert_true(worst_over(-1.0f, 1.0f, n, co_acosf, acos) < 0.52);
+    assert_true(worst_over(-1.0f, 1.0f, n, co_asinf, asin) < 0.52);
+    assert_true(worst_over(0.999f, 1.0f, n, co_acosf, acos) < 0.52);
+}
+
+static void powers_and_angles_are_within_their_error(void **state)
+{
+    (void)state;
+    double worst_pow = 0.0, worst_atan = 0.0;
+    for (int i = 1; i < 600; i++)
+        for (int j = -150; j < 150; j++) {
+            float x = (float)i * 0.013f, y = (float)j * 0.21f;
+            double p = pow((double)x, (double)y);
+            if (p > 1e-37 && p < 1e38)
+                worst_pow = fmax(worst_pow, ulps(co_powf(x, y), p));
+            worst_atan = fmax(worst_atan, ulps(co_atan2f(y, x), atan2((double)y, (double)x)));
+            worst_atan = fmax(worst_atan, ulps(co_atan2f(y, -x), atan2((double)y, (double)-x)));
+            worst_atan = fmax(worst_atan, ulps(co_atan2f(x, y), atan2((double)x, (double)y)));
+        }
+    assert_true(worst_pow < 0.53);
+    assert_true(worst_atan < 0.52);
+}
+
+static void sine_and_cosine_come_together(void **state)
+{
+    (void)state;
+    for (int i = -1000; i < 1000; i++) {
+        float x = (float)i * 0.37f, s, c;
+        co_sincosf(x, &s, &c);
+        assert_true(s == co_sinf(x) && c == co_cosf(x));
+    }
+}
+
+static void exponentials_reach_infinity_and_zero(void **state)
+{
+    (void)state;
+    assert_true(co_expf(89.0f) == INFINITY && co_expf(INFINITY) == INFINITY);
+    assert_true(co_expf(-105.0f) == 0.0f && co_expf(-INFINITY) == 0.0f);
+    assert_true(co_exp2f(0.0f) == 1.0f && co_exp2f(10.0f) == 1024.0f);
+    assert_true(co_exp2f(-149.0f) == 0x1p-149f);
+    assert_true(isnan(co_expf(NAN)) && isnan(co_exp2f(NAN)));
+}
+
+static void logarithms_at_their_edges(void **state)
+{
+    (void)state;
+    assert_true(co_logf(0.0f) == -INFINITY && co_log2f(0.0f) == -INFINITY);
+    assert_true(isnan(co_logf(-1.0f)) && isnan(co_log2f(NAN)));
+    assert_true(co_logf(INFINITY) == INFINITY && co_logf(1.0f) == 0.0f);
+    for (int k = -149; k < 128; k++)
+        assert_true(co_log2f(ldexpf(1.0f, k)) == (float)k);
+}
+
+static void powers_at_their_edges(void **state)
+{
+    (void)state;
+    assert_true(co_powf(0.0f, 2.0f) == 0.0f && co_powf(0.0f, -2.0f) == INFINITY);
+    assert_true(co_powf(INFINITY, 2.0f) == INFINITY && co_powf(INFINITY, -2.0f) == 0.0f);
+    assert_true(co_powf(2.0f, INFINITY) == INFINITY && co_powf(0.5f, INFINITY) == 0.0f);
+    assert_true(co_powf(2.0f, -INFINITY) == 0.0f && co_powf(NAN, 0.0f) == 1.0f);
+    assert_true(isnan(co_powf(-2.0f, 2.0f)) && isnan(co_powf(NAN, 1.0f)));
+    assert_true(isnan(co_powf(-INFINITY, 2.0f)) && isnan(co_powf(2.0f, NAN)));
+    assert_true(co_powf(3.0f, 2.0f) == 9.0f);
+}
+
+static void angles_at_their_edges(void **state)
+{
+    (void)state;
+    assert_true(co_atan2f(0.0f, 0.0f) == 0.0f && co_atan2f(0.0f, 1.0f) == 0.0f);
+    assert_true(co_atan2f(0.0f, -1.0f) == (float)CO_PI_D);
+    assert_true(co_atan2f(-0.0f, -1.0f) == -(float)CO_PI_D);
+    assert_true(co_atan2f(1.0f, 0.0f) == (float)(CO_PI_D / 2));
+    assert_true(isnan(co_atan2f(NAN, 1.0f)) && isnan(co_atan2f(1.0f, INFINITY)));
+    assert_true(co_acosf(1.5f) == 0.0f && co_acosf(-2.0f) == (float)CO_PI_D);
+    assert_true(co_asinf(2.0f) == (float)(CO_PI_D / 2) && isnan(co_asinf(NAN)));
+    assert_true(isnan(co_acosf(NAN)));
+}
+
+static void waves_of_no_number_are_no_number(void **state)
+{
+    (void)state;
+    assert_true(isnan(co_sinf(NAN)) && isnan(co_cosf(INFINITY)) && isnan(co_tanf(-INFINITY)));
+    assert_true(co_sinf(0.0f) == 0.0f && co_cosf(0.0f) == 1.0f);
+    assert_true(co_sinf(3e38f) == 0.0f && co_cosf(-3e38f) == 1.0f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_function_is_within_its_error),
+        cmocka_unit_test(powers_and_angles_are_within_their_error),
+        cmocka_unit_test(sine_and_cosine_come_together),
+        cmocka_unit_test(exponentials_reach_infinity_and_zero),
+        cmocka_unit_test(logarithms_at_their_edges),
+        cmocka_unit_test(powers_at_their_edges),
+        cmocka_unit_test(angles_at_their_edges),
+        cmocka_unit_test(waves_of_no_number_are_no_number),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
