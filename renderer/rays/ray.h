@@ -17,7 +17,7 @@ typedef enum CoRayKind {
     CO_RAY_LIGHT = 2 // towards a sampled point on an emitter; only visibility matters
 } CoRayKind;
 
-// Bits of CoRay.flags.
+// Bits of CoRay.flags; the record keeps 7 of them (the eighth is an exponent bit of the weight).
 enum {
     CO_RAY_FROM_SPLIT = 1,  // left the vertex where the path split (sample counts n differ there)
     CO_RAY_HAS_SPLIT = 2,   // the path has passed its split vertex (this or an earlier one)
@@ -62,14 +62,21 @@ static inline uint32_t co_ray_words(uint32_t options)
     return CO_RAY_WORDS + (options & 1u) + ((options >> 1) & 1u);
 }
 
-// Encodes a ray. Returns the number of records written to `words` (each co_ray_words(options) long):
-// 0 = lost to the underflow roulette, 1, or more when a weight beyond the format is split (at most 4:
-// light rays use their exponent extension instead). *overflow counts splits.
+// Encodes a ray. Returns the number of records written to `words` (co_ray_words(options) long):
+// 1, or 0 when the roulette of the weight's rounding left nothing: E[decoded weight] = weight.
+// Weights above RGB9e5's own 65408 use more exponent bits and are counted in *overflow. A ray that
+// can't be traced (NaN, infinite or negative parts, no direction, a weight above 2.8e14, or 3.4e38
+// for light rays) is written with a NaN origin, so that traversal rejects and counts it.
+// A direction, pdf or normal that has been through co_ray_quantize_* is stored exactly.
+// normal and pdf are kept for camera and BSDF rays, emitter (24 bits) for light rays.
 uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_t *words,
                        uint32_t *overflow);
 
-// Decodes one record.
+// Decodes one record; fields that it does not hold are 0.
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out);
+
+// Only the direction of a record.
+CoVec3 co_ray_decode_direction(const uint32_t *words);
 
 // What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
 // these, so that both sides of multiple importance sampling see the same numbers.

@@ -1,0 +1,355 @@
+// The 36-byte record of a ray (Eisenacher et al. 2013, figure 3).
+//
+//   word 0-2  origin, float32
+//   word 3    direction x, 26 bits; low 6 bits of the depth
+//   word 4    direction y, 26 bits; high 4 bits of the depth; kind, 2 bits
+//   word 5    weight, RGB9e5
+//   word 6    camera and BSDF rays: pdf, 16 bits; normal 2 x 8. Light rays: emitter, 24 bits;
+//             upper bits of the weight's exponent, 8 bits
+//   word 7    path
+//   word 8    branch, width, spread, flags, 8 bits each; the highest flag bit is the upper bit of
+//             the weight's exponent in camera and BSDF rays
+//   word 9-   t_near and extra, where the scene asks for them
+#include "rays/ray.h"
+
+#include "base/hash.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define DIRECTION_MAX ((1 << 25) - 1) // symmetric, so that 0 and the axes are exact
+#define NORMAL_MAX 127
+#define DEPTH_MAX 1023u
+#define EMITTER_MAX 0xffffffu
+
+#define MANTISSA_MAX 511.0
+#define EXPONENT_BIAS 24       // value = mantissa * 2^(exponent - 24): the range of RGB9e5
+#define EXPONENT_MAX_FLAG 39   // with the one more bit of camera and BSDF rays
+#define EXPONENT_MAX_LIGHT 119 // the highest whose 511 is still a float
+#define EXPONENT_FLAG 128u
+
+#define PDF_NONE 0u
+#define PDF_DELTA 0xffffu
+
+#define STEP_ORIGIN 160 // log2 code of 1: widths from 1e-12 to 1e7 in quarter octaves
+
+_Static_assert(CO_RAY_WORDS * sizeof(uint32_t) == 36, "the record of the paper");
+_Static_assert(CO_RAY_WORDS_MAX * sizeof(uint32_t) == 44, "the record with every optional word");
+_Static_assert(sizeof(float) == sizeof(uint32_t), "floats travel in words");
+
+static uint32_t float_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static float bits_float(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static double power_of_two(int exponent) // -1022 to 1023
+{
+    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+// --- unit vectors: the octahedral map (Meyer et al. 2010) on a grid of integers -----------------
+
+typedef struct Oct {
+    int32_t x, y; // [-max, max]
+} Oct;
+
+// The squared length is an integer below 2^52, so the only roundings are the root, the quotient and
+// the last one to float.
+static CoVec3 oct_decode(Oct code, int32_t max)
+{
+    int32_t ax = abs(code.x), ay = abs(code.y);
+    int32_t x = code.x, y = code.y, z = max - ax - ay;
+    if (z < 0) {
+        x = code.x < 0 ? ay - max : max - ay;
+        y = code.y < 0 ? ax - max : max - ax;
+    }
+    double dx = x, dy = y, dz = z;
+    double inv = 1.0 / sqrt(dx * dx + dy * dy + dz * dz);
+    return co_vec3((float)(dx * inv), (float)(dy * inv), (float)(dz * inv));
+}
+
+static int32_t clamp_code(int32_t x, int32_t max)
+{
+    return x > max ? max : x < -max ? -max : x;
+}
+
+// Nearest point of the grid. False, and the +z axis, for vectors that are zero or not finite.
+static bool oct_nearest(CoVec3 v, int32_t max, Oct *out)
+{
+    double x = (double)v.x, y = (double)v.y, z = (double)v.z;
+    double sum = fabs(x) + fabs(y) + fabs(z);
+    *out = (Oct){0, 0};
+    if (!(sum > 0.0) || !isfinite(sum))
+        return false;
+    x /= sum;
+    y /= sum;
+    if (z < 0.0) {
+        double fold_x = 1.0 - fabs(y), fold_y = 1.0 - fabs(x);
+        x = x < 0.0 ? -fold_x : fold_x;
+        y = y < 0.0 ? -fold_y : fold_y;
+    }
+    out->x = clamp_code((int32_t)floor(x * max + 0.5), max);
+    out->y = clamp_code((int32_t)floor(y * max + 0.5), max);
+    return true;
+}
+
+static bool is_same(CoVec3 a, CoVec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+// A decoded direction must encode to itself: shading evaluates with the quantised direction before
+// it stores the ray. Rounding to float moves a grid point by less than one step (0.8 at most), so
+// the code that decodes to v, if there is one, is the nearest or a neighbour of it.
+static bool direction_encode(CoVec3 v, Oct *out)
+{
+    if (!oct_nearest(v, DIRECTION_MAX, out))
+        return false;
+    Oct nearest = *out;
+    if (is_same(oct_decode(nearest, DIRECTION_MAX), v))
+        return true;
+    float length2 = co_dot(v, v);
+    if (!(fabsf(length2 - 1.0f) < 1e-6f)) // no decoded direction is that far from unit length
+        return true;
+    for (int32_t i = 0; i < 9; i++) {
+        Oct code = {clamp_code(nearest.x + i % 3 - 1, DIRECTION_MAX),
+                    clamp_code(nearest.y + i / 3 - 1, DIRECTION_MAX)};
+        if (is_same(oct_decode(code, DIRECTION_MAX), v)) {
+            *out = code;
+            break;
+        }
+    }
+    return true;
+}
+
+CoVec3 co_ray_quantize_direction(CoVec3 dir)
+{
+    Oct code;
+    direction_encode(dir, &code);
+    return oct_decode(code, DIRECTION_MAX);
+}
+
+CoVec3 co_ray_decode_direction(const uint32_t *words)
+{
+    Oct code = {(int32_t)(words[3] & 0x3ffffffu) - DIRECTION_MAX,
+                (int32_t)(words[4] & 0x3ffffffu) - DIRECTION_MAX};
+    return oct_decode(code, DIRECTION_MAX);
+}
+
+static uint32_t normal_encode(CoVec3 n)
+{
+    Oct code;
+    oct_nearest(n, NORMAL_MAX, &code);
+    return (uint32_t)(code.x + NORMAL_MAX) | (uint32_t)(code.y + NORMAL_MAX) << 8;
+}
+
+static CoVec3 normal_decode(uint32_t bits)
+{
+    Oct code = {(int32_t)(bits & 255u) - NORMAL_MAX, (int32_t)(bits >> 8 & 255u) - NORMAL_MAX};
+    return oct_decode(code, NORMAL_MAX);
+}
+
+CoVec3 co_ray_quantize_normal(CoVec3 n)
+{
+    return normal_decode(normal_encode(n));
+}
+
+// --- pdf: 6 bits of exponent, 10 of mantissa, 2^-31 to 2^33 -------------------------------------
+
+// A positive pdf stays positive and finite: 0 and infinity mean something else.
+static uint32_t pdf_encode(float pdf)
+{
+    if (!(pdf > 0.0f))
+        return PDF_NONE;
+    if (isinf(pdf))
+        return PDF_DELTA;
+    int64_t code = (int64_t)((float_bits(pdf) + (1u << 12)) >> 13) - ((127 - 31) << 10);
+    return code < 1 ? 1u : code >= (int64_t)PDF_DELTA ? PDF_DELTA - 1 : (uint32_t)code;
+}
+
+static float pdf_decode(uint32_t code)
+{
+    if (code == PDF_NONE)
+        return 0.0f;
+    if (code == PDF_DELTA)
+        return INFINITY;
+    return bits_float((code + ((127 - 31) << 10)) << 13);
+}
+
+float co_ray_quantize_pdf(float pdf)
+{
+    return pdf_decode(pdf_encode(pdf));
+}
+
+// --- widths: log2 in quarter octaves, 0 stays 0 -------------------------------------------------
+
+static uint32_t step_encode(float x)
+{
+    if (!(x > 0.0f))
+        return 0;
+    if (isinf(x))
+        return 255;
+    uint32_t bits = float_bits(x);
+    uint32_t mantissa = bits & 0x7fffffu;
+    // Mantissas of 2^(1/8), 2^(3/8), 2^(5/8), 2^(7/8): the borders between quarter octaves.
+    int quarter = (mantissa > 0x0b95c1u) + (mantissa > 0x25fed6u) + (mantissa > 0x45672au) +
+                  (mantissa > 0x6ac0c6u);
+    int code = 4 * ((int)(bits >> 23) - 127) + quarter + STEP_ORIGIN;
+    return code < 1 ? 1u : code > 255 ? 255u : (uint32_t)code;
+}
+
+static float step_decode(uint32_t code)
+{
+    static const float quarters[4] = {1.0f, 1.18920711500272f, 1.41421356237310f,
+                                      1.68179283050743f};
+    if (code == 0)
+        return 0.0f;
+    uint32_t octave = code / 4 + 127 - STEP_ORIGIN / 4;
+    return quarters[code % 4] * bits_float(octave << 23);
+}
+
+// --- weight: RGB9e5, rounded stochastically -----------------------------------------------------
+
+typedef struct Weight {
+    uint32_t mantissa[3];
+    uint32_t exponent;
+} Weight;
+
+// Independent of order: a function of the path, the vertex, the branch and which ray of them it is.
+static uint64_t weight_seed(const CoRay *ray, CoRayKey key, Oct code)
+{
+    uint64_t h = co_hash64((uint64_t)key.pixel << 32 | key.sample);
+    h = co_hash64(h ^ ((uint64_t)key.seed << 32 | ray->depth << 2 | ray->kind));
+    h = co_hash64(h ^ ((uint64_t)ray->branch << 32 | ray->emitter));
+    return co_hash64(h ^ ((uint64_t)(uint32_t)code.x << 32 | (uint32_t)code.y));
+}
+
+// The exponent is the least with max(weight) <= 511 * 2^exponent, so that rounding up never gives
+// 512. Below 2^-24 the rounding to 0 or 1 is the roulette.
+static void weight_encode(CoVec3 w, uint64_t seed, Weight *out)
+{
+    double channels[3] = {(double)w.x, (double)w.y, (double)w.z};
+    double max = (double)co_max3(w);
+    uint64_t bits;
+    memcpy(&bits, &max, sizeof bits);
+    int exponent = (int)(bits >> 52) - 1023 - 8;
+    if (exponent < -EXPONENT_BIAS)
+        exponent = -EXPONENT_BIAS;
+    if (max * power_of_two(-exponent) > MANTISSA_MAX)
+        exponent++;
+    double scale = power_of_two(-exponent);
+    for (int i = 0; i < 3; i++) {
+        double u = (double)(co_hash64(seed + (uint64_t)i) >> 11) * 0x1p-53;
+        out->mantissa[i] = (uint32_t)(channels[i] * scale + u);
+    }
+    out->exponent = (uint32_t)(exponent + EXPONENT_BIAS);
+}
+
+static CoVec3 weight_decode(uint32_t word, uint32_t high_bits)
+{
+    int exponent = (int)(word >> 27 | high_bits << 5) - EXPONENT_BIAS;
+    double scale = power_of_two(exponent > EXPONENT_MAX_LIGHT ? EXPONENT_MAX_LIGHT : exponent);
+    return co_vec3((float)((word & 511u) * scale), (float)((word >> 9 & 511u) * scale),
+                   (float)((word >> 18 & 511u) * scale));
+}
+
+// --- the record ---------------------------------------------------------------------------------
+
+static bool is_valid(const CoRay *ray, bool has_direction)
+{
+    CoVec3 w = ray->weight;
+    if (!has_direction || !co_is_finite3(ray->org) || !co_is_finite3(w))
+        return false;
+    if (!(w.x >= 0.0f && w.y >= 0.0f && w.z >= 0.0f))
+        return false;
+    int exponent_max = ray->kind == CO_RAY_LIGHT ? EXPONENT_MAX_LIGHT : EXPONENT_MAX_FLAG;
+    return (double)co_max3(w) <= MANTISSA_MAX * power_of_two(exponent_max);
+}
+
+static void encode_words(const CoRay *ray, uint32_t options, Oct code, const Weight *weight,
+                         uint32_t *words)
+{
+    uint32_t depth = ray->depth > DEPTH_MAX ? DEPTH_MAX : ray->depth;
+    uint32_t high = weight->exponent >> 5, flags = ray->flags & (EXPONENT_FLAG - 1);
+    uint32_t ends = ray->kind == CO_RAY_LIGHT
+                        ? (ray->emitter & EMITTER_MAX) | high << 24
+                        : pdf_encode(ray->pdf) | normal_encode(ray->normal) << 16;
+    if (ray->kind != CO_RAY_LIGHT && high)
+        flags |= EXPONENT_FLAG;
+    words[0] = float_bits(ray->org.x);
+    words[1] = float_bits(ray->org.y);
+    words[2] = float_bits(ray->org.z);
+    words[3] = (uint32_t)(code.x + DIRECTION_MAX) | (depth & 63u) << 26;
+    words[4] = (uint32_t)(code.y + DIRECTION_MAX) | (depth >> 6) << 26 | (ray->kind & 3u) << 30;
+    words[5] = weight->mantissa[0] | weight->mantissa[1] << 9 | weight->mantissa[2] << 18 |
+               weight->exponent << 27;
+    words[6] = ends;
+    words[7] = ray->path;
+    words[8] = (ray->branch & 255u) | step_encode(ray->width) << 8 |
+               step_encode(ray->spread) << 16 | flags << 24;
+    uint32_t next = CO_RAY_WORDS;
+    if (options & CO_RAY_OPTION_TNEAR)
+        words[next++] = float_bits(ray->tnear);
+    if (options & CO_RAY_OPTION_EXTRA)
+        words[next] = ray->extra;
+}
+
+uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_t *words,
+                       uint32_t *overflow)
+{
+    Oct code;
+    Weight weight = {{1, 1, 1}, EXPONENT_BIAS};
+    bool has_direction = direction_encode(ray->dir, &code);
+    if (!is_valid(ray, has_direction)) {
+        encode_words(ray, options, code, &weight, words);
+        words[0] = words[1] = words[2] = float_bits(NAN);
+        return 1;
+    }
+    weight_encode(ray->weight, weight_seed(ray, key, code), &weight);
+    if ((weight.mantissa[0] | weight.mantissa[1] | weight.mantissa[2]) == 0)
+        return 0;
+    if (weight.exponent > 31)
+        ++*overflow;
+    encode_words(ray, options, code, &weight, words);
+    return 1;
+}
+
+void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
+{
+    memset(out, 0, sizeof *out);
+    out->org = co_vec3(bits_float(words[0]), bits_float(words[1]), bits_float(words[2]));
+    out->dir = co_ray_decode_direction(words);
+    out->kind = words[4] >> 30;
+    out->depth = (words[3] >> 26) | (words[4] >> 26 & 15u) << 6;
+    out->flags = words[8] >> 24;
+    if (out->kind == CO_RAY_LIGHT) {
+        out->weight = weight_decode(words[5], words[6] >> 24);
+        out->emitter = words[6] & EMITTER_MAX;
+    } else {
+        out->weight = weight_decode(words[5], out->flags >> 7);
+        out->pdf = pdf_decode(words[6] & 0xffffu);
+        out->normal = normal_decode(words[6] >> 16);
+        out->flags &= EXPONENT_FLAG - 1;
+    }
+    out->path = words[7];
+    out->branch = words[8] & 255u;
+    out->width = step_decode(words[8] >> 8 & 255u);
+    out->spread = step_decode(words[8] >> 16 & 255u);
+    uint32_t next = CO_RAY_WORDS;
+    if (options & CO_RAY_OPTION_TNEAR)
+        out->tnear = bits_float(words[next++]);
+    if (options & CO_RAY_OPTION_EXTRA)
+        out->extra = words[next];
+}
