@@ -1,0 +1,143 @@
+// Where a triangle lies in its cage face: inverse of the numbering the tessellator uses.
+//
+// Quad face at level L: n = 2^L squares a side, square (i, j) row by row, two triangles each:
+// (i,j) (i+1,j) (i+1,j+1) and (i,j) (i+1,j+1) (i,j+1). An n-gon: its sub-quads one after the other,
+// each with 2^(L-1) squares a side; at level 0 a fan (v[k], v[k+1], center).
+// Loop triangle: rows j of points (i, j), i + j <= n; a row alternates (i,j) (i+1,j) (i,j+1) and
+// (i+1,j) (i+1,j+1) (i,j+1).
+// Corner elements: points of these grids row by row, sub-quads one after the other and not shared;
+// a fan: its vertices, then its center; polygons: face-vertices.
+
+#ifndef CO_GEOMETRY_GRID_H
+#define CO_GEOMETRY_GRID_H
+
+#include "geometry/mesh_internal.h"
+
+typedef struct CoGridPlace {
+    uint32_t face;
+    uint32_t valence;    // vertices of the face
+    uint32_t sub;        // sub-quad or fan triangle, 0 in whole faces
+    uint32_t n;          // squares (or loop triangles) a side; 0 in fans and polygons
+    uint32_t i[3], j[3]; // grid point of each corner
+} CoGridPlace;
+
+static inline uint32_t co_grid_valence(const CoMeshShading *s, uint32_t face)
+{
+    if (s->grid == CO_GRID_TRIANGLE)
+        return 3;
+    if (!s->ptex_first)
+        return 4;
+    uint32_t n = s->ptex_first[face + 1] - s->ptex_first[face];
+    return n == 1 ? 4 : n;
+}
+
+static inline uint32_t co_grid_face(const CoMeshShading *s, uint32_t tri)
+{
+    return s->unit_face[tri >> s->unit_shift];
+}
+
+// Smallest r with r * r >= x, for 1 <= x <= 2^20: exact in double.
+static inline uint32_t co_grid_ceil_sqrt(uint32_t x)
+{
+    return (uint32_t)ceil(sqrt((double)x));
+}
+
+static inline void co_grid_place_triangle(uint32_t n, uint32_t local, CoGridPlace *p)
+{
+    // Rows j and above hold (n - j)^2 triangles.
+    uint32_t j = n - co_grid_ceil_sqrt(n * n - local);
+    uint32_t k = local - (n * n - (n - j) * (n - j));
+    uint32_t i = k >> 1;
+    bool down = k & 1;
+    p->i[0] = down ? i + 1 : i;
+    p->j[0] = j;
+    p->i[1] = i + 1;
+    p->j[1] = down ? j + 1 : j;
+    p->i[2] = i;
+    p->j[2] = j + 1;
+}
+
+static inline void co_grid_place_square(uint32_t n, uint32_t local, CoGridPlace *p)
+{
+    uint32_t square = local >> 1;
+    uint32_t i = square % n, j = square / n;
+    bool upper = local & 1;
+    p->i[0] = i;
+    p->j[0] = j;
+    p->i[1] = i + 1;
+    p->j[1] = upper ? j + 1 : j;
+    p->i[2] = upper ? i : i + 1;
+    p->j[2] = j + 1;
+}
+
+static inline CoGridPlace co_grid_place(const CoMeshShading *s, uint32_t tri)
+{
+    CoGridPlace p = {.face = co_grid_face(s, tri)};
+    p.valence = co_grid_valence(s, p.face);
+    if (s->grid == CO_GRID_POLYGON)
+        return p;
+    uint32_t local = tri - s->face_first_tri[p.face];
+    if (s->grid == CO_GRID_TRIANGLE) {
+        p.n = 1u << s->level;
+        co_grid_place_triangle(p.n, local, &p);
+    } else if (p.valence == 4) {
+        p.n = 1u << s->level;
+        co_grid_place_square(p.n, local, &p);
+    } else if (s->level == 0) {
+        p.sub = local;
+    } else {
+        p.n = 1u << (s->level - 1);
+        p.sub = local / (2 * p.n * p.n);
+        co_grid_place_square(p.n, local % (2 * p.n * p.n), &p);
+    }
+    return p;
+}
+
+// Number of corner elements of a face.
+static inline uint64_t co_grid_corner_count(CoGridKind grid, uint32_t level, uint32_t valence)
+{
+    uint64_t n = 1ull << level;
+    if (grid == CO_GRID_POLYGON)
+        return valence;
+    if (grid == CO_GRID_TRIANGLE)
+        return (n + 1) * (n + 2) / 2;
+    if (valence == 4)
+        return (n + 1) * (n + 1);
+    return level == 0 ? valence + 1ull : valence * (n / 2 + 1) * (n / 2 + 1);
+}
+
+// Number of triangles of a face.
+static inline uint64_t co_grid_tri_count(CoGridKind grid, uint32_t level, uint32_t valence)
+{
+    uint64_t n = 1ull << level;
+    if (grid == CO_GRID_POLYGON)
+        return valence - 2ull;
+    if (grid == CO_GRID_TRIANGLE)
+        return n * n;
+    if (valence == 4)
+        return 2 * n * n;
+    return level == 0 ? valence : valence * (n / 2) * (n / 2) * 2;
+}
+
+// Place of grid point (i, j) among the points of one loop triangle.
+static inline uint32_t co_grid_triangle_point(uint32_t n, uint32_t i, uint32_t j)
+{
+    return j * (2 * n + 3 - j) / 2 + i;
+}
+
+// Corner element of corner c of a triangle.
+static inline uint32_t co_grid_corner(const CoMeshShading *s, const CoGridPlace *p, uint32_t tri,
+                                      int c)
+{
+    if (s->grid == CO_GRID_POLYGON)
+        return s->tri_corners[3 * (size_t)tri + (size_t)c];
+    uint32_t first = s->corner_first[p->face];
+    if (s->grid == CO_GRID_TRIANGLE)
+        return first + co_grid_triangle_point(p->n, p->i[c], p->j[c]);
+    if (p->n == 0) // fan
+        return first + (c == 2 ? p->valence : (p->sub + (uint32_t)c) % p->valence);
+    uint32_t side = p->n + 1;
+    return first + p->sub * side * side + p->j[c] * side + p->i[c];
+}
+
+#endif

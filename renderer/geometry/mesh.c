@@ -1,0 +1,171 @@
+#include "geometry/mesh_internal.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+struct CoMeshBlock {
+    CoMeshBlock *next;
+    size_t size; // with this header
+    char pad[48];
+};
+_Static_assert(sizeof(CoMeshBlock) == 64, "data behind the header stays aligned to 64");
+
+void *co_mesh_block_alloc(CoMeshBlock **list, size_t count, size_t size)
+{
+    size_t bytes;
+    if (!co_size_mul(count, size, &bytes) || bytes > SIZE_MAX - sizeof(CoMeshBlock))
+        return NULL;
+    CoMeshBlock *block = co_alloc_zero(CO_MEMORY_GEOMETRY, bytes + sizeof *block);
+    if (!block)
+        return NULL;
+    block->size = bytes + sizeof *block;
+    block->next = *list;
+    *list = block;
+    return block + 1;
+}
+
+void co_mesh_block_free(CoMeshBlock **list)
+{
+    for (CoMeshBlock *block = *list; block;) {
+        CoMeshBlock *next = block->next;
+        co_free(CO_MEMORY_GEOMETRY, block, block->size);
+        block = next;
+    }
+    *list = NULL;
+}
+
+size_t co_mesh_block_bytes(const CoMeshBlock *list)
+{
+    size_t bytes = 0;
+    for (; list; list = list->next)
+        bytes += list->size;
+    return bytes;
+}
+
+bool co_mesh_fail(CoMeshBuild *build, const char *where, CohortErrorCode code, const char *format,
+                  ...)
+{
+    char text[192];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    co_error_set(build->err, where, code, "mesh %.60s: %s", build->path, text);
+    co_error_place(build->err, NULL, 0, 0, build->path);
+    return false;
+}
+
+void co_mesh_warn(CoMeshBuild *build, const char *format, ...)
+{
+    if (!build->warn)
+        return;
+    char text[256];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    build->warn(build->cookie, text);
+}
+
+// Materials by face: the first subset that lists a face has it.
+static bool build_materials(CoMeshBuild *build)
+{
+    const CohortMeshDesc *desc = build->desc;
+    build->shading->material = desc->material;
+    if (desc->subset_count == 0)
+        return true;
+    CO_MESH_CHECK(build, desc->subsets, COHORT_ERROR_ARGUMENT, "subsets are missing");
+    uint32_t *material = co_mesh_keep(build, desc->face_count, sizeof *material);
+    uint8_t *taken = co_mesh_scratch(build, desc->face_count, 1);
+    CO_MESH_CHECK_MEMORY(build, material);
+    CO_MESH_CHECK_MEMORY(build, taken);
+    for (size_t f = 0; f < desc->face_count; f++)
+        material[f] = desc->material;
+    size_t bad = 0, twice = 0;
+    for (size_t s = 0; s < desc->subset_count; s++) {
+        const CohortSubsetDesc *subset = &desc->subsets[s];
+        CO_MESH_CHECK(build, subset->faces || subset->face_count == 0, COHORT_ERROR_ARGUMENT,
+                      "subset %zu has no face array", s);
+        for (size_t k = 0; k < subset->face_count; k++) {
+            int32_t face = subset->faces[k];
+            if (face < 0 || (size_t)face >= desc->face_count) {
+                bad++;
+                continue;
+            }
+            twice += taken[face] && material[face] != subset->material;
+            if (!taken[face])
+                material[face] = subset->material;
+            taken[face] = 1;
+        }
+    }
+    if (bad)
+        co_mesh_warn(build, "%zu subset faces are out of range and ignored", bad);
+    if (twice)
+        co_mesh_warn(build, "%zu faces are in several subsets: the first one counts", twice);
+    build->shading->face_material = material;
+    return true;
+}
+
+static void find_box(CoMesh *mesh)
+{
+    if (mesh->tri_count == 0)
+        return;
+    const float *first = mesh->points + 3 * (size_t)mesh->indices[0];
+    CoVec3 lo = co_vec3_load(first), hi = lo;
+    for (size_t k = 0; k < 3 * (size_t)mesh->tri_count; k++) {
+        CoVec3 p = co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[k]);
+        lo = co_vec3(fminf(lo.x, p.x), fminf(lo.y, p.y), fminf(lo.z, p.z));
+        hi = co_vec3(fmaxf(hi.x, p.x), fmaxf(hi.y, p.y), fmaxf(hi.z, p.z));
+    }
+    mesh->box_min = lo;
+    mesh->box_max = hi;
+}
+
+static bool build_mesh(CoMeshBuild *build)
+{
+    if (!co_mesh_check(build) || !build_materials(build) || !co_mesh_check_primvars(build))
+        return false;
+    build->shading->left_handed = build->desc->left_handed;
+    build->shading->ptex_face_offset = build->desc->ptex_face_offset;
+    CO_MESH_CHECK(build, build->desc->scheme == COHORT_SCHEME_NONE, COHORT_ERROR_SCENE,
+                  "subdivision surfaces are not supported");
+    return co_mesh_build_polygons(build);
+}
+
+bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn, void *cookie,
+                    CohortError *err)
+{
+    CoMeshBlock *blocks = NULL;
+    CoMeshShading *shading = co_mesh_block_alloc(&blocks, 1, sizeof *shading);
+    CO_CHECK_MEMORY(shading, err);
+    shading->blocks = blocks;
+    CoMesh mesh = {.face_count = 0, .shading = shading};
+    CoMeshBuild build = {.desc = desc,
+                         .path = desc->path ? desc->path : "without a path",
+                         .mesh = &mesh,
+                         .shading = shading,
+                         .warn = warn,
+                         .cookie = cookie,
+                         .err = err};
+    bool ok = build_mesh(&build);
+    co_mesh_block_free(&build.scratch);
+    if (!ok) {
+        co_mesh_destroy(&mesh);
+        return false;
+    }
+    find_box(&mesh);
+    mesh.bytes = co_mesh_block_bytes(shading->blocks);
+    *out = mesh;
+    return true;
+}
+
+void co_mesh_destroy(CoMesh *mesh)
+{
+    if (mesh->shading) {
+        // The shading block is itself in the list it heads.
+        CoMeshBlock *blocks = mesh->shading->blocks;
+        co_mesh_block_free(&blocks);
+    }
+    memset(mesh, 0, sizeof *mesh);
+}

@@ -1,0 +1,158 @@
+#include "geometry/mesh_internal.h"
+
+#include <string.h>
+
+static bool check_sizes(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    CO_MESH_CHECK(build, (unsigned)d->scheme <= COHORT_SCHEME_NONE, COHORT_ERROR_ARGUMENT,
+                  "unknown subdivision scheme %d", (int)d->scheme);
+    CO_MESH_CHECK(build, d->level <= 10, COHORT_ERROR_ARGUMENT,
+                  "subdivision level %u, at most 10 is possible", d->level);
+    CO_MESH_CHECK(build,
+                  d->point_count < INT32_MAX && d->face_count < INT32_MAX &&
+                      d->face_vertex_index_count < INT32_MAX,
+                  COHORT_ERROR_LIMIT, "more than 2^31 points, faces or face-vertices");
+    CO_MESH_CHECK(
+        build,
+        (d->points || d->point_count == 0) && (d->face_vertex_counts || d->face_count == 0) &&
+            (d->face_vertex_indices || d->face_vertex_index_count == 0) &&
+            (d->hole_indices || d->hole_count == 0) && (d->primvars || d->primvar_count == 0),
+        COHORT_ERROR_ARGUMENT, "an array is missing although its length is not 0");
+    return true;
+}
+
+static bool check_topology(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    uint64_t total = 0;
+    for (size_t f = 0; f < d->face_count; f++) {
+        int32_t count = d->face_vertex_counts[f];
+        CO_MESH_CHECK(build, count >= 0, COHORT_ERROR_SCENE,
+                      "faceVertexCounts[%zu] is %d, which no face can have", f, count);
+        build->face_first[f] = (uint32_t)total;
+        total += (uint64_t)count;
+        CO_MESH_CHECK(build, total <= d->face_vertex_index_count, COHORT_ERROR_SCENE,
+                      "faceVertexCounts ask for more than the %zu faceVertexIndices there are",
+                      d->face_vertex_index_count);
+    }
+    CO_MESH_CHECK(build, total == d->face_vertex_index_count, COHORT_ERROR_SCENE,
+                  "faceVertexCounts add up to %llu, but there are %zu faceVertexIndices",
+                  (unsigned long long)total, d->face_vertex_index_count);
+    build->face_first[d->face_count] = (uint32_t)total;
+    for (size_t k = 0; k < d->face_vertex_index_count; k++) {
+        int32_t index = d->face_vertex_indices[k];
+        CO_MESH_CHECK(build, index >= 0 && (size_t)index < d->point_count, COHORT_ERROR_SCENE,
+                      "faceVertexIndices[%zu] is %d, but there are %zu points", k, index,
+                      d->point_count);
+    }
+    return true;
+}
+
+static bool point_is_finite(const CohortMeshDesc *d, size_t k)
+{
+    return co_is_finite3(co_vec3_load(d->points + 3 * k));
+}
+
+bool co_mesh_face_is_broken(const CoMeshBuild *build, size_t face)
+{
+    for (uint32_t k = build->face_first[face]; k < build->face_first[face + 1]; k++)
+        if (!point_is_finite(build->desc, (size_t)build->desc->face_vertex_indices[k]))
+            return true;
+    return false;
+}
+
+static void drop_face(CoMeshBuild *build, size_t face)
+{
+    build->dropped_count += build->face_dropped[face] == 0;
+    build->face_dropped[face] = 1;
+}
+
+static void drop_holes(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    size_t bad = 0;
+    for (size_t k = 0; k < d->hole_count; k++) {
+        int32_t face = d->hole_indices[k];
+        if (face < 0 || (size_t)face >= d->face_count)
+            bad++;
+        else
+            drop_face(build, (size_t)face);
+    }
+    if (bad)
+        co_mesh_warn(build, "%zu holeIndices are out of range and ignored", bad);
+}
+
+// Drops faces of fewer than three vertices and, where points are not finite, the faces that use
+// them.
+static void drop_unusable(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    size_t small = 0, broken = 0;
+    for (size_t f = 0; f < d->face_count; f++) {
+        if (d->face_vertex_counts[f] < 3) {
+            small++;
+            drop_face(build, f);
+        } else if (build->has_broken_points && co_mesh_face_is_broken(build, f)) {
+            broken++;
+            drop_face(build, f);
+        }
+    }
+    if (small)
+        co_mesh_warn(build, "%zu faces of fewer than 3 vertices are dropped", small);
+    if (broken)
+        co_mesh_warn(build, "%zu faces with a NaN or infinite point are dropped", broken);
+}
+
+static bool check_points(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    size_t finite = 0;
+    for (size_t k = 0; k < d->point_count; k++)
+        finite += point_is_finite(d, k);
+    build->has_broken_points = finite != d->point_count;
+    CO_MESH_CHECK(build, finite > 0 || d->face_vertex_index_count == 0, COHORT_ERROR_SCENE,
+                  "none of the %zu points is finite", d->point_count);
+    return true;
+}
+
+// Walks the faces in order: a quad (and any face of a loop mesh) takes one Ptex face, an n-gon n.
+static bool count_ptex_faces(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    bool one_each = true;
+    if (d->scheme != COHORT_SCHEME_LOOP)
+        for (size_t f = 0; f < d->face_count && one_each; f++)
+            one_each = d->face_vertex_counts[f] == 4;
+    build->mesh->ptex_face_count = (uint32_t)d->face_count;
+    if (one_each)
+        return true;
+    uint32_t *first = co_mesh_keep(build, d->face_count + 1, sizeof *first);
+    CO_MESH_CHECK_MEMORY(build, first);
+    uint32_t next = 0; // at most the number of face-vertices, hence no overflow
+    for (size_t f = 0; f < d->face_count; f++) {
+        first[f] = next;
+        next += d->face_vertex_counts[f] == 4 ? 1 : (uint32_t)d->face_vertex_counts[f];
+    }
+    first[d->face_count] = next;
+    build->shading->ptex_first = first;
+    build->mesh->ptex_face_count = next;
+    return true;
+}
+
+bool co_mesh_check(CoMeshBuild *build)
+{
+    if (!check_sizes(build))
+        return false;
+    const CohortMeshDesc *d = build->desc;
+    build->face_first = co_mesh_scratch(build, d->face_count + 1, sizeof *build->face_first);
+    build->face_dropped = co_mesh_scratch(build, d->face_count, 1);
+    CO_MESH_CHECK_MEMORY(build, build->face_first);
+    CO_MESH_CHECK_MEMORY(build, build->face_dropped);
+    if (!check_topology(build) || !check_points(build) || !count_ptex_faces(build))
+        return false;
+    build->mesh->face_count = (uint32_t)d->face_count;
+    drop_holes(build);
+    drop_unusable(build);
+    return true;
+}

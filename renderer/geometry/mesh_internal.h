@@ -1,0 +1,137 @@
+// What a committed mesh keeps for shading, and what its construction passes around.
+//
+// Terms: cage = the faces and points of the description; element = one value of a primvar;
+// corner element = place of a face-local value (polygons: the face-vertex; subdivision: a point of
+// the face's own grid, see grid.h); dropped = a face that gets no triangles but keeps its number.
+
+#ifndef CO_GEOMETRY_MESH_INTERNAL_H
+#define CO_GEOMETRY_MESH_INTERNAL_H
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "geometry/mesh.h"
+
+// A list of allocations that live and die together.
+typedef struct CoMeshBlock CoMeshBlock;
+
+// `count` zeroed elements of `size` bytes, aligned to 64, or NULL when that does not fit in memory.
+// Zero elements give a valid pointer to nothing.
+void *co_mesh_block_alloc(CoMeshBlock **list, size_t count, size_t size);
+void co_mesh_block_free(CoMeshBlock **list);
+size_t co_mesh_block_bytes(const CoMeshBlock *list);
+
+// How triangles of a face are numbered and where their corners lie.
+typedef enum CoGridKind {
+    CO_GRID_POLYGON = 0, // n - 2 triangles per face, tri_corners
+    CO_GRID_QUAD,        // 2^level squares a side; n-gons as n sub-quads (level 0: a fan)
+    CO_GRID_TRIANGLE     // 4^level triangles per triangle (loop)
+} CoGridKind;
+
+typedef enum CoPrimvarKind {
+    CO_PRIMVAR_CONSTANT = 0,
+    CO_PRIMVAR_UNIFORM, // one element per cage face
+    CO_PRIMVAR_POINT,   // one element per tessellated point
+    CO_PRIMVAR_CORNER   // one element per corner element
+} CoPrimvarKind;
+
+typedef struct CoPrimvar {
+    const char *name;
+    CoPrimvarKind kind;
+    uint32_t components;     // 1 to 4
+    const float *values;     // elements of `components` floats, finite
+    const uint32_t *indices; // element -> value, NULL: the element itself
+} CoPrimvar;
+
+typedef struct CoMeshShading {
+    CoMeshBlock *blocks; // owns every array here and in CoMesh
+    CoGridKind grid;
+    uint32_t level;
+    bool left_handed;
+    bool is_bilinear;
+    uint32_t unit_shift;            // triangles per unit, log2: a unit never spans two faces
+    const uint32_t *unit_face;      // [tri_count >> unit_shift]
+    const uint32_t *face_first_tri; // [face_count]; NULL for polygon grids
+    const uint32_t *corner_first;   // [face_count] first corner element; NULL if nothing asks
+    const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face
+    const uint32_t *tri_corners;    // polygon grids: [tri_count * 3] face-vertices
+    const uint32_t *face_vertices;  // polygon grids with n-gons above 4: [face-vertices] points
+    const CoPrimvar *primvars;
+    uint32_t primvar_count;
+    CoPrimvar normals;             // values NULL: none
+    uint32_t material;             // of faces in no subset
+    const uint32_t *face_material; // [face_count], NULL: all `material`
+    uint32_t ptex_face_offset;
+} CoMeshShading;
+
+// A primvar of the description that passed its checks.
+typedef struct CoPrimvarSource {
+    const CohortPrimvarDesc *desc;
+    CoPrimvar *primvar; // name, kind and components set
+} CoPrimvarSource;
+
+// One construction. The shading and scratch lists outlive no failure: mesh.c frees both.
+typedef struct CoMeshBuild {
+    const CohortMeshDesc *desc;
+    const char *path; // never NULL
+    CoMesh *mesh;
+    CoMeshShading *shading;
+    CoMeshBlock *scratch; // freed when the construction ends
+    CoMeshWarnFn *warn;
+    void *cookie;
+    CohortError *err;
+    uint32_t *face_first;  // [face_count + 1] first face-vertex, scratch
+    uint8_t *face_dropped; // [face_count], scratch
+    uint32_t dropped_count;
+    bool has_broken_points; // some point is not finite
+    CoPrimvarSource *sources;
+    uint32_t source_count;
+} CoMeshBuild;
+
+#define CO_MESH_CHECK(build, cond, code, ...) \
+    do { \
+        if (!(cond)) \
+            return co_mesh_fail((build), CO_HERE, (code), __VA_ARGS__); \
+    } while (0)
+#define CO_MESH_CHECK_MEMORY(build, ptr) \
+    CO_MESH_CHECK(build, (ptr) != NULL, COHORT_ERROR_OUT_OF_MEMORY, \
+                  "out of memory while tessellating")
+
+// Records a failure that names the prim; returns false.
+bool co_mesh_fail(CoMeshBuild *build, const char *where, CohortErrorCode code, const char *format,
+                  ...) __attribute__((format(printf, 4, 5)));
+void co_mesh_warn(CoMeshBuild *build, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static inline void *co_mesh_keep(CoMeshBuild *build, size_t count, size_t size)
+{
+    return co_mesh_block_alloc(&build->shading->blocks, count, size);
+}
+
+static inline void *co_mesh_scratch(CoMeshBuild *build, size_t count, size_t size)
+{
+    return co_mesh_block_alloc(&build->scratch, count, size);
+}
+
+// mesh_check.c: validates the description, fills face_first and face_dropped, counts Ptex faces.
+bool co_mesh_check(CoMeshBuild *build);
+// True when the face uses a point that is not finite.
+bool co_mesh_face_is_broken(const CoMeshBuild *build, size_t face);
+
+// polygon.c: triangles, points and normals of a polygon mesh.
+bool co_mesh_build_polygons(CoMeshBuild *build);
+
+// primvar.c: checks the primvars of the description (build->sources), then copies what needs no
+// refinement; polygon meshes copy all.
+bool co_mesh_check_primvars(CoMeshBuild *build);
+bool co_mesh_copy_primvars(CoMeshBuild *build);
+uint32_t co_primvar_element_count(const CoMeshBuild *build, CohortInterpolation interpolation);
+// Value number of an element of the description, which passed its checks.
+static inline size_t co_primvar_desc_value(const CohortPrimvarDesc *desc, size_t element)
+{
+    return desc->indices ? (size_t)desc->indices[element] : element;
+}
+// Value of a primvar at barycentrics, `components` floats.
+void co_primvar_eval(const CoMesh *mesh, const CoPrimvar *primvar, uint32_t tri, float u, float v,
+                     float *out);
+
+#endif
