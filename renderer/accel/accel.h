@@ -1,8 +1,11 @@
 // Acceleration structures: a wide SIMD BVH per mesh and per group, and traversal of sorted batches.
 //
 // Canonical hit (docs/architecture.md): watertight test (Woop, Benthin, Wald 2013) with a double
-// fallback on edges; t clamped into the canonical slab interval of the triangle's own box; equal t
-// broken by (instance path, tri). The hit of a ray never depends on kernel, ISA, tree or packet.
+// fallback on edges; t clamped into the canonical slab interval of the triangle's own box and of
+// the boxes of the instances around it; equal t broken by (instance path, tri), the smaller wins.
+// The hit of a ray never depends on kernel, ISA, tree or packet. Both sides of a triangle are hit.
+// Threads: what is built is read-only; traversal may run on any number of threads, each with stats
+// of its own, and allocates nothing.
 
 #ifndef CO_ACCEL_ACCEL_H
 #define CO_ACCEL_ACCEL_H
@@ -12,8 +15,8 @@
 
 typedef struct CoBvh CoBvh; // bottom level: triangles of one mesh
 
-// Builds over the triangles of `mesh`, whose points and indices must outlive it. An empty mesh gives an
-// empty BVH. Deterministic for any number of threads.
+// Builds over the triangles of `mesh`, whose points and indices must outlive it. An empty mesh
+// gives an empty BVH. Deterministic for any number of threads.
 CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err);
 void co_bvh_destroy(CoBvh *bvh);
 size_t co_bvh_bytes(const CoBvh *bvh);
@@ -30,21 +33,24 @@ typedef struct CoTop CoTop; // BVH over the instances of one group
 typedef struct CoObject {
     const CoMesh *mesh; // NULL for groups
     const CoBvh *bvh;
-    const CoTop *top;   // NULL for meshes
+    const CoTop *top;            // NULL for meshes
     const CoInstance *instances; // of a group
     uint32_t instance_count;
     CoVec3 box_min, box_max; // object space; min > max when empty
 } CoObject;
 
-// Builds over the instances (hidden and empty ones left out by the caller). `objects` gives the boxes.
+// Builds over the instances. `objects` gives the boxes, and of nested groups the tops: build the
+// innermost groups first. Objects with an empty box, and transforms that are not finite, take their
+// place among the paths but are never hit. The arrays must outlive the top. At most 8 groups may
+// nest (COHORT_ERROR_LIMIT).
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err);
 void co_top_destroy(CoTop *top);
 size_t co_top_bytes(const CoTop *top);
 
-// Instance paths are interned as numbers: path id of the root group's child i at offset
-// first_child_path + i ... computed on the fly: id = base(parent path) + child index, where the bases
-// are prefix sums over nested groups fixed at commit. See accel/paths.h.
+// Instance paths are interned as numbers: the sum, over the levels of the path, of the number of
+// mesh paths below the instance's earlier siblings. The sums are made by co_top_create; there is
+// nothing to prepare. See accel/paths.h.
 typedef struct CoAccelScene {
     const CoObject *objects;
     uint32_t object_count;
@@ -53,16 +59,21 @@ typedef struct CoAccelScene {
 
 // Counters of a traversal; each worker has its own, summed by the caller.
 typedef struct CoTraverseStats {
-    uint64_t groups;             // of up to 64 rays
-    uint64_t top_nodes_grouped;  // node fetches of all tops, each counted once per group
-    uint64_t top_nodes_single;   // the same, as if every active ray had fetched for itself
+    uint64_t groups;            // of up to 64 rays
+    uint64_t top_nodes_grouped; // node fetches of all tops, each counted once per group
+    uint64_t top_nodes_single;  // the same, as if every active ray had fetched for itself
     uint64_t bottom_nodes, triangles;
-    uint64_t invalid; // rays rejected: NaN or infinite parts
+    uint64_t invalid; // rays rejected, see CoTraverseFn
 } CoTraverseStats;
 
 // Traverses rays [begin, end) of a batch as groups of 64 and fills hits [begin, end).
-// occlusion: per ray, 1 = stop at the first blocker (hit.t is then any blocker's); NULL = none.
-// grouped: false = ray by ray. Invalid rays get t = NAN. Same hits either way, bit for bit.
+// A hit lies strictly inside the ray: tnear < t < tfar. hit.t is in units of the length of dir,
+// which need not be 1; u and v are the barycentrics of corners 1 and 2. A miss has t = INFINITY and
+// COHORT_INVALID_ID for both ids.
+// occlusion: per ray, 1 = only whether anything blocks it matters: a blocked ray gets t = 0 and
+// COHORT_INVALID_ID for both ids (which blocker is met first is no property of the ray); NULL =
+// none. grouped: false = ray by ray. Same hits either way, bit for bit. Rays with a NaN anywhere,
+// an infinite origin or direction or a zero direction are invalid: t = NAN.
 typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
                           const uint8_t *occlusion, CoHitBatch *hits, size_t begin, size_t end,
                           bool grouped, CoTraverseStats *stats);
@@ -73,19 +84,19 @@ typedef struct CoAccelKernels {
     CoTraverseFn *traverse;
 } CoAccelKernels;
 
-// isa NULL or "" = the best of this machine.
+// isa NULL or "" = the best that co_isa_flags() allows (simd/isa.h).
 const CoAccelKernels *co_accel_kernels(const char *isa);
 
 // An instance path resolved: the mesh and the transforms along the way.
 typedef struct CoPlacement {
-    uint32_t object;             // the mesh's object id
+    uint32_t object;              // the mesh's object id
     CoAffine to_world, to_object; // product over the path (render frame)
-    uint32_t chain[8];           // instance index at each level, root first
+    uint32_t chain[8];            // instance index at each level, root first
     uint32_t chain_length;
 } CoPlacement;
 
-// Number of instance paths that end in a mesh, i.e. one above the largest hit.instance. The ids order
-// like the paths themselves. False when there are more than 2^32 - 2.
+// Number of instance paths that end in a mesh, i.e. one above the largest hit.instance. The ids
+// order like the paths themselves. False when there are more than 2^32 - 2.
 bool co_accel_path_count(const CoAccelScene *scene, uint64_t *out);
 void co_accel_placement(const CoAccelScene *scene, uint32_t instance, CoPlacement *out);
 

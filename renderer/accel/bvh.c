@@ -1,0 +1,144 @@
+#include "accel/build.h"
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/parallel.h"
+
+#include <string.h>
+
+typedef struct Packing {
+    const CoMesh *mesh;
+    CoBvh *bvh;
+} Packing;
+
+// Collects the distinct points of triangles; false when there are more than a leaf holds.
+static bool distinct_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count,
+                            uint32_t points[CO_LEAF_WIDTH], size_t *point_count)
+{
+    *point_count = 0;
+    for (size_t i = 0; i < 3 * count; i++) {
+        uint32_t point = mesh->indices[3 * (size_t)prims[i / 3].id + i % 3];
+        size_t j = 0;
+        while (j < *point_count && points[j] != point)
+            j++;
+        if (j < *point_count)
+            continue;
+        if (j == CO_LEAF_WIDTH)
+            return false;
+        points[(*point_count)++] = point;
+    }
+    return true;
+}
+
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
+{
+    const Packing *packing = context;
+    uint32_t points[CO_LEAF_WIDTH];
+    size_t point_count;
+    return distinct_points(packing->mesh, prims, count, points, &point_count);
+}
+
+static uint8_t find_point(const uint32_t *points, uint32_t point)
+{
+    uint8_t j = 0;
+    while (points[j] != point)
+        j++;
+    return j;
+}
+
+static bool emit_leaf(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
+                      CohortError *err)
+{
+    const Packing *packing = context;
+    const CoMesh *mesh = packing->mesh;
+    CoBvh *bvh = packing->bvh;
+    void *leaves = bvh->leaves;
+    CO_CHECK(bvh->leaf_count <= CO_REF_LEAF_INDEX, err, COHORT_ERROR_LIMIT,
+             "a mesh of more than 2^28 leaves; split the mesh");
+    if (!co_tree_grow(&leaves, &bvh->leaf_capacity, bvh->leaf_count, sizeof *bvh->leaves, err))
+        return false;
+    bvh->leaves = leaves;
+    CoTriLeaf *leaf = &bvh->leaves[bvh->leaf_count];
+    memset(leaf, 0, sizeof *leaf);
+    uint32_t points[CO_LEAF_WIDTH];
+    size_t point_count;
+    distinct_points(mesh, prims, count, points, &point_count);
+    for (size_t j = 0; j < point_count; j++)
+        for (int k = 0; k < 3; k++)
+            leaf->points[k][j] = mesh->points[3 * (size_t)points[j] + (size_t)k];
+    for (size_t i = 0; i < count; i++) {
+        leaf->tri[i] = prims[i].id;
+        for (int c = 0; c < 3; c++)
+            leaf->corner[c][i] =
+                find_point(points, mesh->indices[3 * (size_t)prims[i].id + (size_t)c]);
+    }
+    *ref = CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT | (uint32_t)bvh->leaf_count;
+    bvh->leaf_count++;
+    return true;
+}
+
+typedef struct PrimFill {
+    const CoMesh *mesh;
+    CoBuildPrim *prims;
+} PrimFill;
+
+static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    PrimFill *fill = context;
+    (void)worker;
+    for (size_t i = begin; i < end; i++) {
+        CoBox box;
+        co_box_empty(&box);
+        for (int c = 0; c < 3; c++) {
+            const float *p =
+                fill->mesh->points + 3 * (size_t)fill->mesh->indices[3 * i + (size_t)c];
+            co_box_extend(&box, p, p);
+        }
+        memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);
+        memcpy(fill->prims[i].hi, box.hi, sizeof box.hi);
+        fill->prims[i].id = (uint32_t)i;
+        fill->prims[i].unused = 0;
+    }
+}
+
+CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
+{
+    CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
+    size_t bytes = mesh->tri_count * sizeof(CoBuildPrim);
+    CoBuildPrim *prims = co_alloc(CO_MEMORY_ACCEL, bytes);
+    bool is_built = bvh && (prims || mesh->tri_count == 0);
+    if (is_built) {
+        PrimFill fill = {mesh, prims};
+        co_parallel_for(mesh->tri_count, 16384, fill_prims, &fill);
+        Packing packing = {mesh, bvh};
+        CoLeafRule rule = {leaf_fits, emit_leaf, &packing, CO_LEAF_WIDTH};
+        is_built = co_tree_build(prims, mesh->tri_count, &rule, &bvh->tree, err);
+        void *leaves = bvh->leaves;
+        co_tree_shrink(&leaves, &bvh->leaf_capacity, bvh->leaf_count, sizeof *bvh->leaves);
+        bvh->leaves = leaves;
+    } else {
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
+                mesh->tri_count);
+    }
+    co_free(CO_MEMORY_ACCEL, prims, bytes);
+    if (!is_built) {
+        co_bvh_destroy(bvh);
+        return NULL;
+    }
+    return bvh;
+}
+
+void co_bvh_destroy(CoBvh *bvh)
+{
+    if (!bvh)
+        return;
+    co_tree_clear(&bvh->tree);
+    co_free(CO_MEMORY_ACCEL, bvh->leaves, bvh->leaf_capacity * sizeof *bvh->leaves);
+    co_free(CO_MEMORY_ACCEL, bvh, sizeof *bvh);
+}
+
+size_t co_bvh_bytes(const CoBvh *bvh)
+{
+    return sizeof *bvh + bvh->tree.node_capacity * sizeof *bvh->tree.nodes +
+           bvh->leaf_capacity * sizeof *bvh->leaves;
+}

@@ -1,0 +1,155 @@
+// The canonical hit of a ray with the triangles of a leaf.
+//
+// Source: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection": the largest axis of the
+// direction becomes z, points are sheared so that the ray runs along it, and three edge functions
+// decide in 2D. Their signs are exact: a float product rounds monotonically, so a difference has
+// the right sign or is 0, and where it is 0 it is taken again in double, in which products of
+// floats are exact. Triangles that share an edge share its sheared points, so no ray passes between
+// them. Both sides hit, hence the winding is left as it is.
+
+#ifndef CO_ACCEL_KERNELS_TRIANGLE_H
+#define CO_ACCEL_KERNELS_TRIANGLE_H
+
+#include "accel/kernels/rays.h"
+
+// A ray as the triangle test needs it.
+typedef struct Shear {
+    uint32_t x, y, z; // axes; z is that of the largest direction component
+    float org[3];     // along x, y, z
+    float sx, sy, sz;
+} Shear;
+
+static inline Shear shear_of(const Rays *rays, uint32_t j)
+{
+    float d[3] = {rays->dir[0][j], rays->dir[1][j], rays->dir[2][j]};
+    float ax = __builtin_fabsf(d[0]), ay = __builtin_fabsf(d[1]), az = __builtin_fabsf(d[2]);
+    Shear shear;
+    shear.z = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+    shear.x = shear.z == 2 ? 0 : shear.z + 1;
+    shear.y = shear.x == 2 ? 0 : shear.x + 1;
+    shear.org[0] = rays->org[shear.x][j];
+    shear.org[1] = rays->org[shear.y][j];
+    shear.org[2] = rays->org[shear.z][j];
+    shear.sx = d[shear.x] / d[shear.z];
+    shear.sy = d[shear.y] / d[shear.z];
+    shear.sz = rays->inv[shear.z][j];
+    return shear;
+}
+
+// A leaf's points along the ray, and per triangle what the lanes found.
+typedef struct LeafHits {
+    float x[CO_LEAF_WIDTH], y[CO_LEAF_WIDTH], z[CO_LEAF_WIDTH];
+    float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
+    uint32_t unsure; // triangles for which float does not decide
+} LeafHits;
+
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+{
+    for (int i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
+        CoLane z =
+            co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
+        CoLane x =
+            co_lane_sub(co_lane_load(leaf->points[shear->x] + i), co_lane_set1(shear->org[0]));
+        CoLane y =
+            co_lane_sub(co_lane_load(leaf->points[shear->y] + i), co_lane_set1(shear->org[1]));
+        co_lane_store(out->x + i, co_lane_sub(x, co_lane_mul(co_lane_set1(shear->sx), z)));
+        co_lane_store(out->y + i, co_lane_sub(y, co_lane_mul(co_lane_set1(shear->sy), z)));
+        co_lane_store(out->z + i, z);
+    }
+}
+
+// Returns one bit per triangle whose line is pierced or may be; fills t, u, v for those not unsure.
+static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
+                                        LeafHits *out)
+{
+    uint32_t pierced = 0;
+    const CoLane zero = co_lane_set1(0.0f);
+    shear_points(leaf, shear, out);
+    out->unsure = 0;
+    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
+        CoLane x[3], y[3], edge[3];
+        for (int c = 0; c < 3; c++) {
+            x[c] = co_lane_lookup8(out->x, leaf->corner[c] + i);
+            y[c] = co_lane_lookup8(out->y, leaf->corner[c] + i);
+        }
+        for (int c = 0; c < 3; c++) {
+            int p = (c + 2) % 3, q = (c + 1) % 3;
+            edge[c] = co_lane_sub(co_lane_mul(x[p], y[q]), co_lane_mul(y[p], x[q]));
+        }
+        uint32_t negative = co_lane_bits(
+            co_lane_or(co_lane_or(co_lane_lt(edge[0], zero), co_lane_lt(edge[1], zero)),
+                       co_lane_lt(edge[2], zero)));
+        uint32_t positive = co_lane_bits(
+            co_lane_or(co_lane_or(co_lane_lt(zero, edge[0]), co_lane_lt(zero, edge[1])),
+                       co_lane_lt(zero, edge[2])));
+        uint32_t bits = ~(negative & positive) & ((1u << CO_LANE_WIDTH) - 1u);
+        bits &= (1u << (count - i < CO_LEAF_WIDTH ? count - i : CO_LEAF_WIDTH)) - 1u;
+        if (!bits)
+            continue;
+        CoLane det = co_lane_add(co_lane_add(edge[0], edge[1]), edge[2]);
+        CoLane size = co_lane_abs(det);
+        CoLaneMask sure = co_lane_and(co_lane_lt(co_lane_set1(1e-30f), size),
+                                      co_lane_lt(size, co_lane_set1(1e30f)));
+        for (int c = 0; c < 3; c++)
+            sure = co_lane_and(sure, co_lane_ne(edge[c], zero));
+        CoLane inv = co_lane_div(co_lane_set1(1.0f), det), t = zero;
+        for (int c = 0; c < 3; c++) {
+            edge[c] = co_lane_mul(edge[c], inv);
+            t = co_lane_add(t, co_lane_mul(edge[c], co_lane_lookup8(out->z, leaf->corner[c] + i)));
+        }
+        co_lane_store(out->t + i, co_lane_mul(t, co_lane_set1(shear->sz)));
+        co_lane_store(out->u + i, edge[1]);
+        co_lane_store(out->v + i, edge[2]);
+        pierced |= bits << i;
+        out->unsure |= (bits & ~co_lane_bits(sure)) << i;
+    }
+    return pierced;
+}
+
+// The same for one triangle in double, from the float sheared points. False when it is missed or
+// has no area along the ray.
+static inline bool pierce_exactly(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
+                                  LeafHits *hits)
+{
+    double x[3], y[3], z[3], edge[3];
+    for (int c = 0; c < 3; c++) {
+        x[c] = (double)hits->x[leaf->corner[c][i]];
+        y[c] = (double)hits->y[leaf->corner[c][i]];
+        z[c] = (double)hits->z[leaf->corner[c][i]];
+    }
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        edge[c] = x[p] * y[q] - y[p] * x[q];
+    }
+    bool is_negative = edge[0] < 0.0 || edge[1] < 0.0 || edge[2] < 0.0;
+    bool is_positive = edge[0] > 0.0 || edge[1] > 0.0 || edge[2] > 0.0;
+    double det = edge[0] + edge[1] + edge[2];
+    if ((is_negative && is_positive) || !(__builtin_fabs(det) > 0.0))
+        return false;
+    double t = (edge[0] / det) * z[0] + (edge[1] / det) * z[1] + (edge[2] / det) * z[2];
+    hits->t[i] = (float)(t * (double)shear->sz);
+    hits->u[i] = (float)(edge[1] / det);
+    hits->v[i] = (float)(edge[2] / det);
+    return true;
+}
+
+// Clamps t into the triangle's own box and the boxes of the instances on the way. False when the
+// line is not in them at all.
+static inline bool clamp_hit(const CoTriLeaf *leaf, const Rays *rays, uint32_t j, uint32_t i,
+                             float *t)
+{
+    float lo[3], hi[3], from = rays->entry[j], to = rays->exit[j];
+    for (int k = 0; k < 3; k++) {
+        float a = leaf->points[k][leaf->corner[0][i]];
+        float b = leaf->points[k][leaf->corner[1][i]];
+        float c = leaf->points[k][leaf->corner[2][i]];
+        lo[k] = float_min(float_min(a, b), c);
+        hi[k] = float_max(float_max(a, b), c);
+    }
+    if (!slab_box(rays, j, lo, hi, &from, &to))
+        return false;
+    *t = float_max(float_min(*t, to), from);
+    return true;
+}
+
+#endif

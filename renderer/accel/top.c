@@ -1,0 +1,144 @@
+#include "accel/build.h"
+
+#include "base/error.h"
+#include "base/memory.h"
+
+#include <float.h>
+#include <string.h>
+
+// A ray in object space is off by the rounding of to_object (its entries, three products, three
+// sums) and of the ray itself; to_object and to_group are each other's inverse only to rounding.
+// In sum less than 40 units of 2^-24 of the largest coordinate; the ray's own share is added by the
+// kernel.
+#define BOX_PADDING 0x1p-18
+
+static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count)
+{
+    (void)context;
+    (void)prims;
+    return count == 1;
+}
+
+static bool emit_instance(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
+                          CohortError *err)
+{
+    (void)context;
+    (void)count;
+    (void)err;
+    *ref = CO_REF_LEAF | prims[0].id;
+    return true;
+}
+
+static float to_float_range(double x)
+{
+    double most = (double)FLT_MAX;
+    return (float)(x < -most ? -most : x > most ? most : x);
+}
+
+// The box of a placed object, padded. False when there is nothing in it or it cannot be placed.
+static bool instance_box(const CoInstance *instance, const CoObject *object, CoBox *out)
+{
+    const float *lo = &object->box_min.x, *hi = &object->box_max.x;
+    if (!(lo[0] <= hi[0] && lo[1] <= hi[1] && lo[2] <= hi[2]))
+        return false;
+    double box_lo[3], box_hi[3], size = 0.0;
+    for (int r = 0; r < 3; r++) {
+        const float *m = instance->to_group.m[r];
+        double sum_lo = (double)m[3], sum_hi = sum_lo, magnitude = fabs(sum_lo);
+        for (int k = 0; k < 3; k++) {
+            double a = (double)m[k] * (double)lo[k], b = (double)m[k] * (double)hi[k];
+            sum_lo += a < b ? a : b;
+            sum_hi += a < b ? b : a;
+            magnitude += fmax(fabs(a), fabs(b));
+        }
+        if (!isfinite(sum_lo) || !isfinite(sum_hi))
+            return false;
+        box_lo[r] = sum_lo;
+        box_hi[r] = sum_hi;
+        size = fmax(size, magnitude);
+    }
+    for (int r = 0; r < 3; r++) {
+        out->lo[r] = to_float_range(box_lo[r] - BOX_PADDING * size);
+        out->hi[r] = to_float_range(box_hi[r] + BOX_PADDING * size);
+    }
+    return true;
+}
+
+static uint64_t object_paths(const CoObject *object)
+{
+    return object->mesh ? 1 : object->top ? object->top->path_count : 0;
+}
+
+// Numbers the paths, measures the depth and lists what has a box.
+static size_t survey(CoTop *top, const CoInstance *instances, const CoObject *objects,
+                     CoBuildPrim *prims)
+{
+    size_t used = 0;
+    top->depth = 1;
+    for (uint32_t i = 0; i < top->count; i++) {
+        const CoObject *object = &objects[instances[i].object];
+        top->first_path[i] = (uint32_t)top->path_count;
+        top->path_count += object_paths(object);
+        if (object->top && object->top->depth >= top->depth)
+            top->depth = object->top->depth + 1;
+        if (!instance_box(&instances[i], object, &top->boxes[i]))
+            continue;
+        memcpy(prims[used].lo, top->boxes[i].lo, sizeof prims[used].lo);
+        memcpy(prims[used].hi, top->boxes[i].hi, sizeof prims[used].hi);
+        prims[used].id = i;
+        prims[used].unused = 0;
+        used++;
+    }
+    return used;
+}
+
+CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
+                     CohortError *err)
+{
+    CO_CHECK_NULL(count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
+                  "a group of more than 2^31 - 2 instances; split it into groups");
+    CoTop *top = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *top);
+    size_t bytes = count * sizeof(CoBuildPrim);
+    CoBuildPrim *prims = co_alloc(CO_MEMORY_ACCEL, bytes);
+    bool is_built = top && (prims || count == 0);
+    if (is_built && count) {
+        top->count = count;
+        top->boxes = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->boxes);
+        top->first_path = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->first_path);
+        is_built = top->boxes && top->first_path;
+    }
+    if (is_built) {
+        CoLeafRule rule = {single_fits, emit_instance, NULL, 1};
+        size_t used = survey(top, instances, objects, prims);
+        is_built = top->depth <= CO_GROUP_DEPTH_MAX;
+        if (is_built)
+            is_built = co_tree_build(prims, used, &rule, &top->tree, err);
+        else
+            CO_FAIL(err, COHORT_ERROR_LIMIT, "groups are nested more than %d deep",
+                    CO_GROUP_DEPTH_MAX);
+    } else {
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);
+    }
+    co_free(CO_MEMORY_ACCEL, prims, bytes);
+    if (!is_built) {
+        co_top_destroy(top);
+        return NULL;
+    }
+    return top;
+}
+
+void co_top_destroy(CoTop *top)
+{
+    if (!top)
+        return;
+    co_tree_clear(&top->tree);
+    co_free(CO_MEMORY_ACCEL, top->boxes, top->count * sizeof *top->boxes);
+    co_free(CO_MEMORY_ACCEL, top->first_path, top->count * sizeof *top->first_path);
+    co_free(CO_MEMORY_ACCEL, top, sizeof *top);
+}
+
+size_t co_top_bytes(const CoTop *top)
+{
+    return sizeof *top + top->tree.node_capacity * sizeof *top->tree.nodes +
+           top->count * (sizeof *top->boxes + sizeof *top->first_path);
+}

@@ -1,0 +1,94 @@
+// Lanes of width 8 with AVX2. What each operation means stands in lane_scalar.h.
+
+#ifndef CO_SIMD_LANE_AVX2_H
+#define CO_SIMD_LANE_AVX2_H
+
+#include <immintrin.h>
+#include <stdint.h>
+
+enum {
+    CO_LANE_WIDTH = 8
+};
+typedef __m256 CoLane;
+typedef __m256 CoLaneMask;
+
+static inline CoLane co_lane_load(const float *p)
+{
+    return _mm256_loadu_ps(p);
+}
+static inline void co_lane_store(float *p, CoLane a)
+{
+    _mm256_storeu_ps(p, a);
+}
+static inline CoLane co_lane_set1(float a)
+{
+    return _mm256_set1_ps(a);
+}
+static inline CoLane co_lane_add(CoLane a, CoLane b)
+{
+    return _mm256_add_ps(a, b);
+}
+static inline CoLane co_lane_sub(CoLane a, CoLane b)
+{
+    return _mm256_sub_ps(a, b);
+}
+static inline CoLane co_lane_mul(CoLane a, CoLane b)
+{
+    return _mm256_mul_ps(a, b);
+}
+static inline CoLane co_lane_div(CoLane a, CoLane b)
+{
+    return _mm256_div_ps(a, b);
+}
+static inline CoLane co_lane_min(CoLane a, CoLane b)
+{
+    return _mm256_min_ps(a, b);
+}
+static inline CoLane co_lane_max(CoLane a, CoLane b)
+{
+    return _mm256_max_ps(a, b);
+}
+static inline CoLane co_lane_abs(CoLane a)
+{
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a);
+}
+static inline CoLane co_lane_copysign(CoLane a, CoLane b)
+{
+    __m256 sign = _mm256_set1_ps(-0.0f);
+    return _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b));
+}
+static inline CoLaneMask co_lane_lt(CoLane a, CoLane b)
+{
+    return _mm256_cmp_ps(a, b, _CMP_LT_OQ);
+}
+static inline CoLaneMask co_lane_le(CoLane a, CoLane b)
+{
+    return _mm256_cmp_ps(a, b, _CMP_LE_OQ);
+}
+static inline CoLaneMask co_lane_ne(CoLane a, CoLane b)
+{
+    return _mm256_cmp_ps(a, b, _CMP_NEQ_UQ);
+}
+static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
+{
+    return _mm256_and_ps(a, b);
+}
+static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
+{
+    return _mm256_or_ps(a, b);
+}
+static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
+{
+    return _mm256_blendv_ps(b, a, m);
+}
+static inline uint32_t co_lane_bits(CoLaneMask m)
+{
+    return (uint32_t)_mm256_movemask_ps(m);
+}
+static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
+{
+    __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)index);
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), _mm256_cvtepu8_epi32(bytes));
+}
+
+#endif

@@ -1,0 +1,95 @@
+// Lanes of width 1: the specification of the others.
+
+#ifndef CO_SIMD_LANE_SCALAR_H
+#define CO_SIMD_LANE_SCALAR_H
+
+#include <stdint.h>
+
+enum {
+    CO_LANE_WIDTH = 1
+};
+typedef float CoLane;
+typedef uint32_t CoLaneMask; // 0 or 1
+
+static inline CoLane co_lane_load(const float *p)
+{
+    return *p;
+}
+static inline void co_lane_store(float *p, CoLane a)
+{
+    *p = a;
+}
+static inline CoLane co_lane_set1(float a)
+{
+    return a;
+}
+static inline CoLane co_lane_add(CoLane a, CoLane b)
+{
+    return a + b;
+}
+static inline CoLane co_lane_sub(CoLane a, CoLane b)
+{
+    return a - b;
+}
+static inline CoLane co_lane_mul(CoLane a, CoLane b)
+{
+    return a * b;
+}
+static inline CoLane co_lane_div(CoLane a, CoLane b)
+{
+    return a / b;
+}
+static inline CoLane co_lane_min(CoLane a, CoLane b)
+{
+    return a < b ? a : b;
+}
+static inline CoLane co_lane_max(CoLane a, CoLane b)
+{
+    return a > b ? a : b;
+}
+static inline CoLane co_lane_abs(CoLane a)
+{
+    return __builtin_fabsf(a);
+}
+// The magnitude of a with the sign of b.
+static inline CoLane co_lane_copysign(CoLane a, CoLane b)
+{
+    return __builtin_copysignf(a, b);
+}
+static inline CoLaneMask co_lane_lt(CoLane a, CoLane b)
+{
+    return a < b;
+}
+static inline CoLaneMask co_lane_le(CoLane a, CoLane b)
+{
+    return a <= b;
+}
+static inline CoLaneMask co_lane_ne(CoLane a, CoLane b)
+{
+    return a != b;
+}
+static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
+{
+    return a & b;
+}
+static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
+{
+    return a | b;
+}
+// a where m, else b.
+static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
+{
+    return m ? a : b;
+}
+// One bit per lane, lane 0 lowest.
+static inline uint32_t co_lane_bits(CoLaneMask m)
+{
+    return m;
+}
+// table[index[lane]] for a table of 8; indices below 8.
+static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
+{
+    return table[*index];
+}
+
+#endif

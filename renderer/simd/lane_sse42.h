@@ -1,0 +1,93 @@
+// Lanes of width 4 with SSE4.2. What each operation means stands in lane_scalar.h.
+
+#ifndef CO_SIMD_LANE_SSE42_H
+#define CO_SIMD_LANE_SSE42_H
+
+#include <nmmintrin.h>
+#include <stdint.h>
+
+enum {
+    CO_LANE_WIDTH = 4
+};
+typedef __m128 CoLane;
+typedef __m128 CoLaneMask;
+
+static inline CoLane co_lane_load(const float *p)
+{
+    return _mm_loadu_ps(p);
+}
+static inline void co_lane_store(float *p, CoLane a)
+{
+    _mm_storeu_ps(p, a);
+}
+static inline CoLane co_lane_set1(float a)
+{
+    return _mm_set1_ps(a);
+}
+static inline CoLane co_lane_add(CoLane a, CoLane b)
+{
+    return _mm_add_ps(a, b);
+}
+static inline CoLane co_lane_sub(CoLane a, CoLane b)
+{
+    return _mm_sub_ps(a, b);
+}
+static inline CoLane co_lane_mul(CoLane a, CoLane b)
+{
+    return _mm_mul_ps(a, b);
+}
+static inline CoLane co_lane_div(CoLane a, CoLane b)
+{
+    return _mm_div_ps(a, b);
+}
+static inline CoLane co_lane_min(CoLane a, CoLane b)
+{
+    return _mm_min_ps(a, b);
+}
+static inline CoLane co_lane_max(CoLane a, CoLane b)
+{
+    return _mm_max_ps(a, b);
+}
+static inline CoLane co_lane_abs(CoLane a)
+{
+    return _mm_andnot_ps(_mm_set1_ps(-0.0f), a);
+}
+static inline CoLane co_lane_copysign(CoLane a, CoLane b)
+{
+    __m128 sign = _mm_set1_ps(-0.0f);
+    return _mm_or_ps(_mm_andnot_ps(sign, a), _mm_and_ps(sign, b));
+}
+static inline CoLaneMask co_lane_lt(CoLane a, CoLane b)
+{
+    return _mm_cmplt_ps(a, b);
+}
+static inline CoLaneMask co_lane_le(CoLane a, CoLane b)
+{
+    return _mm_cmple_ps(a, b);
+}
+static inline CoLaneMask co_lane_ne(CoLane a, CoLane b)
+{
+    return _mm_cmpneq_ps(a, b);
+}
+static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
+{
+    return _mm_and_ps(a, b);
+}
+static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
+{
+    return _mm_or_ps(a, b);
+}
+static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
+{
+    return _mm_blendv_ps(b, a, m);
+}
+static inline uint32_t co_lane_bits(CoLaneMask m)
+{
+    return (uint32_t)_mm_movemask_ps(m);
+}
+static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
+{
+    return _mm_setr_ps(table[index[0]], table[index[1]], table[index[2]], table[index[3]]);
+}
+
+#endif

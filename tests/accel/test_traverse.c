@@ -1,0 +1,373 @@
+// Traversal against a brute-force oracle in double, over all kernels, grouped and single.
+
+#include "accel/paths.h"
+#include "accel_scene.h"
+
+#include <float.h>
+
+// Nearest hit by Moeller-Trumbore in double over all paths of a scene.
+typedef struct OracleHit {
+    double t, second; // nearest, and the next one at another distance
+    double margin;    // least barycentric of the nearest
+    uint32_t path, tri;
+} OracleHit;
+
+typedef struct Vec3d {
+    double x, y, z;
+} Vec3d;
+
+static Vec3d sub3(Vec3d a, Vec3d b)
+{
+    return (Vec3d){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static Vec3d cross3(Vec3d a, Vec3d b)
+{
+    return (Vec3d){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static double dot3(Vec3d a, Vec3d b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static Vec3d transform(const CoAffine *a, const float *p)
+{
+    double r[3];
+    for (int i = 0; i < 3; i++)
+        r[i] = (double)a->m[i][0] * (double)p[0] + (double)a->m[i][1] * (double)p[1] +
+               (double)a->m[i][2] * (double)p[2] + (double)a->m[i][3];
+    return (Vec3d){r[0], r[1], r[2]};
+}
+
+static void oracle_mesh(const CoMesh *mesh, const CoAffine *to_world, uint32_t path, Vec3d org,
+                        Vec3d dir, OracleHit *hit)
+{
+    for (uint32_t i = 0; i < mesh->tri_count; i++) {
+        Vec3d p[3];
+        for (uint32_t c = 0; c < 3; c++)
+            p[c] = transform(to_world, mesh->points + 3 * (size_t)mesh->indices[3 * i + c]);
+        Vec3d e1 = sub3(p[1], p[0]), e2 = sub3(p[2], p[0]), s = sub3(org, p[0]);
+        Vec3d h = cross3(dir, e2), q = cross3(s, e1);
+        double det = dot3(e1, h), u = dot3(s, h) / det, v = dot3(dir, q) / det;
+        double t = dot3(e2, q) / det;
+        double margin = fmin(fmin(u, v), 1.0 - u - v);
+        if (!(margin > -1e-4) || !(t > 0.0) || !isfinite(t))
+            continue;
+        if (t < hit->t) {
+            hit->second = hit->t;
+            *hit = (OracleHit){t, hit->t, margin, path, i};
+        } else if (t < hit->second) {
+            hit->second = t;
+        }
+    }
+}
+
+static OracleHit oracle(const CoAccelScene *scene, const CoRayBatch *rays, size_t i)
+{
+    OracleHit hit = {DBL_MAX, DBL_MAX, 0.0, 0, 0};
+    Vec3d org = {(double)rays->org_x[i], (double)rays->org_y[i], (double)rays->org_z[i]};
+    Vec3d dir = {(double)rays->dir_x[i], (double)rays->dir_y[i], (double)rays->dir_z[i]};
+    uint64_t paths;
+    assert_true(co_accel_path_count(scene, &paths));
+    for (uint32_t path = 0; path < paths; path++) {
+        CoPlacement placement;
+        co_accel_placement(scene, path, &placement);
+        oracle_mesh(scene->objects[placement.object].mesh, &placement.to_world, path, org, dir,
+                    &hit);
+    }
+    return hit;
+}
+
+// Where the oracle's answer is clear, the traversal's must be it.
+static void compare(const CoAccelScene *scene, const CoRayBatch *rays, const CoHitBatch *hits,
+                    size_t *clear_hits)
+{
+    for (size_t i = 0; i < rays->count; i++) {
+        OracleHit hit = oracle(scene, rays, i);
+        if (hit.t == DBL_MAX) {
+            assert_true(isinf(hits->t[i]));
+            continue;
+        }
+        if (hit.margin < 1e-4 || hit.second - hit.t < 1e-4 * hit.t)
+            continue;
+        ++*clear_hits;
+        assert_int_equal(hits->instance[i], hit.path);
+        assert_int_equal(hits->tri[i], hit.tri);
+        assert_true(fabs((double)hits->t[i] - hit.t) < 2e-5 * hit.t + 1e-6);
+    }
+}
+
+static CoRayBatch random_rays(size_t count, float reach, uint64_t seed)
+{
+    Random random = {seed};
+    CoRayBatch rays = rays_alloc(count);
+    for (size_t i = 0; i < count; i++) {
+        CoVec3 org = random_vec3(&random, -reach, reach);
+        CoVec3 target = random_vec3(&random, -0.7f * reach, 0.7f * reach);
+        ray_set(&rays, i, org, co_sub(target, org));
+    }
+    return rays;
+}
+
+static void check_scene(const CoAccelScene *scene, float reach, size_t count)
+{
+    CoRayBatch rays = random_rays(count, reach, 99);
+    CoHitBatch hits = hits_alloc(count), blocked = hits_alloc(count);
+    size_t clear_hits = 0;
+    traverse_all(scene, &rays, NULL, &hits, NULL);
+    compare(scene, &rays, &hits, &clear_hits);
+    assert_true(clear_hits > count / 20);
+    uint8_t *occlusion = malloc(count);
+    memset(occlusion, 1, count);
+    for (size_t i = 0; i < count; i += 3)
+        occlusion[i] = 0;
+    traverse_all(scene, &rays, occlusion, &blocked, NULL);
+    for (size_t i = 0; i < count; i++) {
+        if (!occlusion[i])
+            assert_memory_equal(&blocked.t[i], &hits.t[i], sizeof(float));
+        else
+            assert_true(blocked.t[i] == (isinf(hits.t[i]) ? INFINITY : 0.0f));
+    }
+    // A surface strictly before the end of the ray: the hit itself is no longer inside.
+    for (size_t i = 0; i < count; i++)
+        rays.tfar[i] = hits.t[i];
+    memset(occlusion, 1, count);
+    traverse_all(scene, &rays, occlusion, &blocked, NULL);
+    for (size_t i = 0; i < count; i++)
+        assert_true(isinf(blocked.t[i]));
+    for (size_t i = 0; i < count; i++)
+        rays.tfar[i] = nextafterf(hits.t[i], INFINITY);
+    traverse_all(scene, &rays, NULL, &blocked, NULL);
+    assert_true(same_bits(blocked.t, hits.t, count) && same_bits(blocked.tri, hits.tri, count));
+    free(occlusion);
+    rays_free(&rays);
+    hits_free(&hits);
+    hits_free(&blocked);
+}
+
+static void soups_match_the_oracle(void **state)
+{
+    (void)state;
+    const uint32_t counts[] = {1, 2, 3, 7, 40, 300};
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
+        TestScene s = {0};
+        TestMesh soup = mesh_soup(counts[k], counts[k] < 10 ? 1.0f : 0.3f, k);
+        CoInstance instance = place(scene_add_mesh(&s, &soup), co_mat4d_identity());
+        scene_add_group(&s, &instance, 1);
+        check_scene(&s.scene, 1.5f, 1000);
+        scene_clear(&s);
+        mesh_free(&soup);
+    }
+}
+
+static void nested_instances_match_the_oracle(void **state)
+{
+    (void)state;
+    TestScene s = {0};
+    TestMesh soup = mesh_soup(20, 0.5f, 5), sphere = mesh_sphere(5, 1.0f, co_vec3(0, 0, 0));
+    uint32_t a = scene_add_mesh(&s, &soup), b = scene_add_mesh(&s, &sphere);
+    CoVec3 half = co_vec3_splat(0.5f), thin = co_vec3(0.7f, 0.1f, 0.4f);
+    CoInstance inner[3] = {place(a, matrix(0.3, half, co_vec3(-1, 0, 0))),
+                           place(b, matrix(1.1, thin, co_vec3(1, 0.5f, 0))),
+                           place(b, matrix(2.0, half, co_vec3(0, -0.5f, 1)))};
+    uint32_t pair = scene_add_group(&s, inner, 3);
+    CoInstance middle[2] = {place(pair, matrix(0.7, half, co_vec3(0.3f, 0.6f, 0.1f))),
+                            place(a, matrix(-0.7, thin, co_vec3(0, -0.7f, 0)))};
+    uint32_t tower = scene_add_group(&s, middle, 2);
+    CoInstance outer[3] = {place(tower, matrix(0.1, co_vec3(-1, 1, 1), co_vec3(0.5f, 0, 0.5f))),
+                           place(pair, matrix(2.1, half, co_vec3(-1, 0, -1))),
+                           place(tower, matrix(0.0, half, co_vec3(0, 1, 1)))};
+    scene_add_group(&s, outer, 3);
+    check_scene(&s.scene, 2.5f, 1500);
+    scene_clear(&s);
+    mesh_free(&soup);
+    mesh_free(&sphere);
+}
+
+// The same triangles in another order make another tree; distances may not know.
+static void hits_do_not_depend_on_the_tree(void **state)
+{
+    (void)state;
+    enum {
+        RAYS = 20000
+    };
+    TestMesh sliver = mesh_soup(400, 0.5f, 3), turned = mesh_alloc(1200, 400);
+    Random random = {17};
+    for (uint32_t i = 0; i < 400; i++) { // third corner within 1e-6 of the edge
+        float *p = sliver.points + 9 * i, w = random_float(&random, 0.0f, 1.0f);
+        for (int k = 0; k < 3; k++)
+            p[6 + k] = p[k] + w * (p[3 + k] - p[k]) + random_float(&random, -1e-6f, 1e-6f);
+    }
+    mesh_box(&sliver);
+    memcpy(turned.points, sliver.points, 3600 * sizeof(float));
+    for (uint32_t i = 0; i < 1200; i++)
+        turned.indices[i] = sliver.indices[3 * ((i / 3 * 171 + 5) % 400) + i % 3];
+    mesh_box(&turned);
+    CoRayBatch rays = rays_alloc(RAYS);
+    for (size_t i = 0; i < RAYS; i++) { // aimed at points of triangles
+        const float *p = sliver.points + 9 * (random_bits(&random) % 400);
+        float w = random_float(&random, 0.0f, 1.0f);
+        CoVec3 at = co_lerp3(co_vec3_load(p), co_vec3_load(p + 3), w);
+        CoVec3 org = random_vec3(&random, -2.0f, 2.0f);
+        ray_set(&rays, i, org, co_sub(at, org));
+    }
+    CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
+    TestMesh *meshes[2] = {&sliver, &turned};
+    for (int k = 0; k < 2; k++) {
+        TestScene s = {0};
+        CoInstance instance =
+            place(scene_add_mesh(&s, meshes[k]), matrix(0.4, co_vec3(1, 2, 1), co_vec3(0, 0, 0)));
+        scene_add_group(&s, &instance, 1);
+        traverse_all(&s.scene, &rays, NULL, &hits[k], NULL);
+        scene_clear(&s);
+    }
+    assert_true(same_bits(hits[0].t, hits[1].t, RAYS));
+    for (int k = 0; k < 2; k++)
+        hits_free(&hits[k]);
+    rays_free(&rays);
+    mesh_free(&sliver);
+    mesh_free(&turned);
+}
+
+// Equal distances: the smaller path wins, then the smaller triangle.
+static void coincident_quads_break_ties(void **state)
+{
+    (void)state;
+    TestScene s = {0};
+    TestMesh quads = mesh_alloc(4, 20);
+    const float points[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+    memcpy(quads.points, points, sizeof points);
+    for (uint32_t i = 0; i < 20; i++) { // ten times the same two triangles
+        const uint32_t corners[2][3] = {{0, 1, 2}, {0, 2, 3}};
+        memcpy(quads.indices + 3 * (size_t)i, corners[i % 2], sizeof corners[0]);
+    }
+    mesh_box(&quads);
+    uint32_t mesh = scene_add_mesh(&s, &quads);
+    CoInstance instances[7];
+    for (int i = 0; i < 7; i++)
+        instances[i] = place(mesh, co_mat4d_identity());
+    scene_add_group(&s, instances, 7);
+    CoRayBatch rays = random_rays(2000, 0.9f, 4);
+    CoHitBatch hits = hits_alloc(2000);
+    size_t count = 0;
+    traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+    for (size_t i = 0; i < 2000; i++) {
+        if (isinf(hits.t[i]))
+            continue;
+        count++;
+        assert_int_equal(hits.instance[i], 0);
+        assert_true(hits.tri[i] < 2);
+    }
+    assert_true(count > 500);
+    rays_free(&rays);
+    hits_free(&hits);
+    scene_clear(&s);
+    mesh_free(&quads);
+}
+
+static void set_ray(CoRayBatch *rays, size_t i, float org, float dir)
+{
+    ray_set(rays, i, co_vec3(0.1f, 0.2f, org), co_vec3(0.0f, 0.0f, dir));
+}
+
+static void invalid_rays_are_counted(void **state)
+{
+    (void)state;
+    enum {
+        RAYS = 100
+    };
+    TestScene s = {0};
+    TestMesh sphere = mesh_sphere(8, 1.0f, co_vec3(0, 0, 0));
+    CoInstance instance = place(scene_add_mesh(&s, &sphere), co_mat4d_identity());
+    scene_add_group(&s, &instance, 1);
+    CoRayBatch rays = rays_alloc(RAYS);
+    CoHitBatch hits = hits_alloc(RAYS);
+    for (size_t i = 0; i < RAYS; i++)
+        set_ray(&rays, i, 3.0f, -1.0f);
+    float *fields[6] = {rays.org_x, rays.org_y, rays.org_z, rays.dir_x, rays.dir_y, rays.dir_z};
+    const float poisons[3] = {NAN, INFINITY, -INFINITY};
+    for (size_t i = 0; i < 18; i++)
+        fields[i % 6][5 * i] = poisons[i / 6];
+    rays.dir_z[95] = -0.0f;
+    rays.tnear[96] = NAN;
+    rays.tfar[97] = NAN;
+    CoTraverseStats stats;
+    traverse_all(&s.scene, &rays, NULL, &hits, &stats);
+    size_t invalid = 0;
+    for (size_t i = 0; i < RAYS; i++) {
+        bool is_bad = (i % 5 == 0 && i / 5 < 18) || (i >= 95 && i <= 97);
+        invalid += is_bad;
+        assert_true(is_bad ? isnan(hits.t[i]) : fabsf(hits.t[i] - 2.0f) < 0.1f);
+    }
+    assert_int_equal(stats.invalid, invalid);
+    rays_free(&rays);
+    hits_free(&hits);
+    scene_clear(&s);
+    mesh_free(&sphere);
+}
+
+// t is in units of the direction, whatever its length.
+static void directions_of_any_length_work(void **state)
+{
+    (void)state;
+    TestScene s = {0};
+    TestMesh sphere = mesh_sphere(8, 1.0f, co_vec3(0, 0, 0));
+    CoInstance instance =
+        place(scene_add_mesh(&s, &sphere), matrix(0.5, co_vec3(1, 1, 2), co_vec3(0, 0, 0)));
+    scene_add_group(&s, &instance, 1);
+    CoRayBatch rays = rays_alloc(201);
+    CoHitBatch hits = hits_alloc(201);
+    for (int i = 0; i <= 200; i++) {
+        float length = ldexpf(1.0f, i - 100); // 2^-100 to 2^100: 7.9e-31 to 1.3e30
+        ray_set(&rays, (size_t)i, co_vec3(0.3f, 0.2f, 5.0f),
+                co_scale(co_vec3(-0.06f, 0.02f, -0.8f), length));
+        rays.tfar[i] = 1e3f / length;
+        rays.tnear[i] = 1e-3f / length;
+    }
+    traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+    for (int i = 0; i <= 200; i++)
+        assert_true(hits.t[i] == ldexpf(hits.t[100], 100 - i) && !isinf(hits.t[100]));
+    rays_free(&rays);
+    hits_free(&hits);
+    scene_clear(&s);
+    mesh_free(&sphere);
+}
+
+static void nothing_is_hit_in_empty_scenes(void **state)
+{
+    (void)state;
+    TestScene s = {0};
+    TestMesh none = mesh_alloc(0, 0);
+    mesh_box(&none);
+    uint32_t empty = scene_add_mesh(&s, &none);
+    CoRayBatch rays = random_rays(70, 1.0f, 1);
+    CoHitBatch hits = hits_alloc(70);
+    CoInstance instances[2] = {place(empty, co_mat4d_identity()), place(1, co_mat4d_identity())};
+    scene_add_group(&s, NULL, 0);
+    traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+    for (int i = 0; i < 70; i++)
+        assert_true(isinf(hits.t[i]) && hits.tri[i] == COHORT_INVALID_ID);
+    scene_add_group(&s, instances, 2);
+    traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+    for (int i = 0; i < 70; i++)
+        assert_true(isinf(hits.t[i]) && hits.instance[i] == COHORT_INVALID_ID);
+    rays_free(&rays);
+    hits_free(&hits);
+    scene_clear(&s);
+    mesh_free(&none);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(soups_match_the_oracle),
+        cmocka_unit_test(nested_instances_match_the_oracle),
+        cmocka_unit_test(hits_do_not_depend_on_the_tree),
+        cmocka_unit_test(coincident_quads_break_ties),
+        cmocka_unit_test(invalid_rays_are_counted),
+        cmocka_unit_test(directions_of_any_length_work),
+        cmocka_unit_test(nothing_is_hit_in_empty_scenes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
