@@ -1,0 +1,350 @@
+// Commit: makes the edits of a scene effective, rebuilding only what was edited.
+
+#include "integrate/scene_data.h"
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+#include <string.h>
+
+#define TAG CO_MEMORY_SCENE
+
+// Meshes larger than this are built one at a time, each by all threads; smaller ones side by side.
+enum { PARALLEL_BUILD_TRIANGLES = 50000 };
+
+typedef struct MeshBuilds {
+    CohortScene *scene;
+    const uint32_t *list; // object ids
+    CohortError *errors;  // one per entry
+} MeshBuilds;
+
+static void build_meshes(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const MeshBuilds *b = context;
+    for (size_t i = begin; i < end; i++) {
+        CoSceneObject *o = &b->scene->objects[b->list[i]];
+        o->bvh = co_bvh_create(&o->mesh, &b->errors[i]);
+    }
+}
+
+static bool commit_mesh_list(MeshBuilds *builds, size_t small, size_t count, CohortError *err)
+{
+    co_parallel_for(small, 1, build_meshes, builds);
+    for (size_t i = small; i < count; i++)
+        build_meshes(builds, i, i + 1, 0);
+    for (size_t i = 0; i < count; i++)
+        if (builds->errors[i].code != COHORT_OK) {
+            if (err && err->code == COHORT_OK)
+                *err = builds->errors[i];
+            return false;
+        }
+    return true;
+}
+
+static bool commit_meshes(CohortScene *scene, CohortError *err)
+{
+    uint32_t n = scene->object_count, small = 0, count = 0;
+    uint32_t *list = co_alloc(TAG, n * sizeof *list);
+    CohortError *errors = co_alloc_zero(TAG, n * sizeof *errors);
+    bool ok = list && errors;
+    for (int pass = 0; ok && pass < 2; pass++) {
+        for (uint32_t i = 0; i < n; i++) {
+            const CoSceneObject *o = &scene->objects[i];
+            bool is_large = o->mesh.tri_count > PARALLEL_BUILD_TRIANGLES;
+            if (o->kind == CO_OBJECT_MESH && !o->bvh && is_large == (pass == 1))
+                list[count++] = i;
+        }
+        if (pass == 0)
+            small = count;
+    }
+    MeshBuilds builds = {scene, list, errors};
+    ok = ok ? commit_mesh_list(&builds, small, count, err)
+            : CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for %u objects", n);
+    co_free(TAG, list, n * sizeof *list);
+    co_free(TAG, errors, n * sizeof *errors);
+    return ok;
+}
+
+// The instance's matrix with the moved origin of its mesh taken back.
+static CoMat4d placement_matrix(const CohortScene *scene, const CohortInstanceDesc *desc)
+{
+    const CoSceneObject *child = &scene->objects[desc->object];
+    CoMat4d m, shift = co_mat4d_identity();
+    memcpy(m.m, desc->transform, sizeof m.m);
+    for (int k = 0; k < 3; k++)
+        shift.m[3][k] = child->origin[k];
+    return co_mat4d_mul(&shift, &m);
+}
+
+static bool is_finite_matrix(const CoMat4d *m)
+{
+    for (int i = 0; i < 16; i++)
+        if (!isfinite(m->m[i / 4][i % 4]))
+            return false;
+    return true;
+}
+
+static bool box_is_empty(CoVec3 lo, CoVec3 hi)
+{
+    return !(lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z);
+}
+
+static void grow_box(double box[6], const CoMat4d *m, CoVec3 lo, CoVec3 hi)
+{
+    for (int corner = 0; corner < 8; corner++) {
+        double p[3] = {(double)(corner & 1 ? hi.x : lo.x), (double)(corner & 2 ? hi.y : lo.y),
+                       (double)(corner & 4 ? hi.z : lo.z)};
+        for (int k = 0; k < 3; k++) {
+            double x = p[0] * m->m[0][k] + p[1] * m->m[1][k] + p[2] * m->m[2][k] + m->m[3][k];
+            box[k] = fmin(box[k], x);
+            box[k + 3] = fmax(box[k + 3], x);
+        }
+    }
+}
+
+// Fills object->instances with the placements that show, less `frame`.
+static void place_instances(CohortScene *scene, CoSceneObject *object, const double frame[3])
+{
+    object->instance_count = 0;
+    for (uint32_t i = 0; i < object->edit_count; i++) {
+        const CohortInstanceDesc *desc = &object->edits[i];
+        const CoSceneObject *child = &scene->objects[desc->object];
+        if (desc->hidden || child->kind == CO_OBJECT_EMPTY ||
+            box_is_empty(child->box_min, child->box_max))
+            continue;
+        CoMat4d m = placement_matrix(scene, desc), inverse;
+        for (int k = 0; k < 3; k++)
+            m.m[3][k] -= frame[k];
+        if (!is_finite_matrix(&m) || !co_mat4d_invert_affine(&m, &inverse)) {
+            co_scene_warn(scene, COHORT_SEVERITY_WARNING, "",
+                          "an instance's transform is singular or not finite: left out");
+            continue;
+        }
+        CoInstance *out = &object->instances[object->instance_count];
+        out->object = desc->object;
+        out->to_group = co_affine_from_mat4d(&m);
+        out->to_object = co_affine_from_mat4d(&inverse);
+        object->edit_of[object->instance_count++] = i;
+    }
+}
+
+static void group_box(const CohortScene *scene, const CoSceneObject *object, double box[6])
+{
+    for (int k = 0; k < 3; k++) {
+        box[k] = INFINITY;
+        box[k + 3] = -INFINITY;
+    }
+    for (uint32_t i = 0; i < object->edit_count; i++) {
+        const CohortInstanceDesc *desc = &object->edits[i];
+        const CoSceneObject *child = &scene->objects[desc->object];
+        CoMat4d m = placement_matrix(scene, desc), inverse;
+        if (!desc->hidden && child->kind != CO_OBJECT_EMPTY &&
+            !box_is_empty(child->box_min, child->box_max) && is_finite_matrix(&m) &&
+            co_mat4d_invert_affine(&m, &inverse))
+            grow_box(box, &m, child->box_min, child->box_max);
+    }
+}
+
+// Center of the box, rounded to a power-of-two grid about as coarse as the scene: what is subtracted
+// is then exact in double and does not move when the scene changes a little.
+static void choose_frame(CohortScene *scene)
+{
+    const double *box = scene->box;
+    scene->has_box = box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5];
+    double size = 0.0;
+    for (int k = 0; k < 3 && scene->has_box; k++)
+        size = fmax(size, box[k + 3] - box[k]);
+    double grid = size > 0.0 && isfinite(size) ? exp2(ceil(log2(size))) : 1.0;
+    for (int k = 0; k < 3; k++)
+        scene->frame[k] = scene->has_box ? grid * round(0.5 * (box[k] + box[k + 3]) / grid) : 0.0;
+}
+
+static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
+{
+    static const double no_frame[3] = {0.0, 0.0, 0.0};
+    CoSceneObject *o = &scene->objects[id];
+    co_scene_object_release(o);
+    double box[6];
+    group_box(scene, o, box);
+    if (id == 0) {
+        memcpy(scene->box, box, sizeof box);
+        choose_frame(scene);
+    }
+    const double *frame = id == 0 ? scene->frame : no_frame;
+    for (int k = 0; k < 3; k++) {
+        (&o->box_min.x)[k] = (float)(box[k] - frame[k]);
+        (&o->box_max.x)[k] = (float)(box[k + 3] - frame[k]);
+    }
+    if (o->edit_count > 0) {
+        o->instances = co_alloc(TAG, o->edit_count * sizeof *o->instances);
+        o->edit_of = co_alloc(TAG, o->edit_count * sizeof *o->edit_of);
+        CO_CHECK(o->instances && o->edit_of, err, COHORT_ERROR_OUT_OF_MEMORY,
+                 "out of memory for %u instances", o->edit_count);
+        place_instances(scene, o, frame);
+    }
+    o->top = co_top_create(o->instances, o->instance_count, scene->accel_objects, err);
+    scene->counts.group_builds++;
+    return o->top != NULL;
+}
+
+static void publish(CohortScene *scene, uint32_t id)
+{
+    CoSceneObject *o = &scene->objects[id];
+    CoObject *out = &scene->accel_objects[id];
+    memset(out, 0, sizeof *out);
+    if (o->kind == CO_OBJECT_MESH) {
+        out->mesh = &o->mesh;
+        out->bvh = o->bvh;
+        o->box_min = o->mesh.box_min;
+        o->box_max = o->mesh.box_max;
+        if (o->mesh.tri_count == 0) {
+            o->box_min = co_vec3_splat(INFINITY);
+            o->box_max = co_vec3_splat(-INFINITY);
+        }
+    } else if (o->kind == CO_OBJECT_GROUP) {
+        out->top = o->top;
+        out->instances = o->instances;
+        out->instance_count = o->instance_count;
+    } else {
+        o->box_min = co_vec3_splat(INFINITY);
+        o->box_max = co_vec3_splat(-INFINITY);
+    }
+    out->box_min = o->box_min;
+    out->box_max = o->box_max;
+}
+
+// Children first. A group is rebuilt when it or anything below it was edited.
+static bool commit_object(CohortScene *scene, uint32_t id, uint32_t depth, CohortError *err)
+{
+    CoSceneObject *o = &scene->objects[id];
+    if (o->visit == CO_VISIT_DONE)
+        return true;
+    CO_CHECK(o->visit == CO_VISIT_NEW, err, COHORT_ERROR_SCENE,
+             "object %u contains itself through its instances", id);
+    CO_CHECK(depth < 8, err, COHORT_ERROR_LIMIT, "instances are nested more than 8 deep");
+    o->visit = CO_VISIT_OPEN;
+    for (uint32_t i = 0; i < o->edit_count; i++) {
+        uint32_t child = o->edits[i].object;
+        if (!commit_object(scene, child, depth + 1, err))
+            return false;
+        o->is_dirty = o->is_dirty || scene->objects[child].is_dirty;
+    }
+    if (o->kind == CO_OBJECT_GROUP && (o->is_dirty || !o->top) && !commit_group(scene, id, err))
+        return false;
+    publish(scene, id);
+    o->visit = CO_VISIT_DONE;
+    return true;
+}
+
+static bool commit_paths(CohortScene *scene, CohortError *err)
+{
+    CoAccelScene accel = {.objects = scene->accel_objects,
+                          .object_count = scene->object_count,
+                          .root = 0};
+    scene->accel = accel;
+    return co_accel_path_count(&scene->accel, &scene->path_count) ||
+           CO_FAIL(err, COHORT_ERROR_LIMIT, "more than 2^32 instances in all");
+}
+
+bool co_scene_commit_objects(CohortScene *scene, CohortError *err)
+{
+    if (!commit_meshes(scene, err))
+        return false;
+    co_free(TAG, scene->accel_objects, scene->accel_object_count * sizeof *scene->accel_objects);
+    scene->accel_object_count = scene->object_count;
+    scene->accel_objects = co_alloc_zero(TAG, scene->object_count * sizeof *scene->accel_objects);
+    CO_CHECK_MEMORY(scene->accel_objects, err);
+    for (uint32_t i = 0; i < scene->object_count; i++)
+        scene->objects[i].visit = CO_VISIT_NEW;
+    if (!commit_object(scene, 0, 0, err) || !commit_paths(scene, err))
+        return false;
+    CohortSceneCounts *c = &scene->counts;
+    c->triangle_count = c->mesh_count = c->instance_count = c->geometry_bytes = c->accel_bytes = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        CoSceneObject *o = &scene->objects[i];
+        o->is_dirty = false;
+        c->instance_count += o->instance_count;
+        c->accel_bytes += o->bvh ? co_bvh_bytes(o->bvh) : o->top ? co_top_bytes(o->top) : 0;
+        if (o->kind == CO_OBJECT_MESH) {
+            c->mesh_count++;
+            c->triangle_count += o->mesh.tri_count;
+            c->geometry_bytes += o->mesh.bytes;
+        }
+    }
+    return true;
+}
+
+bool co_scene_commit_camera(CohortScene *scene, CohortError *err)
+{
+    const CohortCameraDesc *desc = &scene->camera_desc;
+    CoCamera *out = &scene->camera;
+    double axes[3][3];
+    for (int i = 0; i < 3; i++) {
+        double length = 0.0;
+        for (int k = 0; k < 3; k++)
+            length += desc->transform[i][k] * desc->transform[i][k];
+        length = sqrt(length);
+        CO_CHECK(length > 0.0, err, COHORT_ERROR_SCENE, "the camera's transform is singular");
+        for (int k = 0; k < 3; k++)
+            axes[i][k] = desc->transform[i][k] / length;
+    }
+    out->right = co_vec3((float)axes[0][0], (float)axes[0][1], (float)axes[0][2]);
+    out->up = co_vec3((float)axes[1][0], (float)axes[1][1], (float)axes[1][2]);
+    out->back = co_vec3((float)axes[2][0], (float)axes[2][1], (float)axes[2][2]);
+    out->origin = co_vec3((float)(desc->transform[3][0] - scene->frame[0]),
+                          (float)(desc->transform[3][1] - scene->frame[1]),
+                          (float)(desc->transform[3][2] - scene->frame[2]));
+    memcpy(out->window, desc->window, sizeof out->window);
+    out->is_orthographic = desc->orthographic;
+    out->clip_near = (float)fmax(desc->clip_near, 0.0);
+    out->clip_far = desc->clip_far > desc->clip_near ? (float)desc->clip_far : INFINITY;
+    out->lens_radius = (float)desc->lens_radius;
+    out->focus_distance = (float)desc->focus_distance;
+    if (scene->camera_dirty)
+        scene->counts.camera_builds++;
+    scene->camera_dirty = false;
+    return true;
+}
+
+static bool publish_warnings(CohortScene *scene)
+{
+    co_free(TAG, scene->diagnostics, scene->diagnostic_capacity * sizeof *scene->diagnostics);
+    scene->diagnostic_capacity = scene->warning_count;
+    scene->diagnostics = NULL;
+    if (scene->warning_count == 0)
+        return true;
+    scene->diagnostics = co_alloc(TAG, scene->warning_count * sizeof *scene->diagnostics);
+    for (uint32_t i = 0; scene->diagnostics && i < scene->warning_count; i++) {
+        const CoWarning *w = &scene->warnings[i];
+        CohortDiagnostic d = {w->severity, w->place, w->text, w->count};
+        scene->diagnostics[i] = d;
+    }
+    return scene->diagnostics != NULL;
+}
+
+bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, CohortError *err)
+{
+    static const CohortSceneOptions defaults;
+    if (!options)
+        options = &defaults;
+    CO_CHECK(scene->has_camera, err, COHORT_ERROR_SCENE, "the scene has no camera");
+    if (!co_scene_commit_objects(scene, err) || !co_scene_commit_textures(scene, options, err) ||
+        !co_scene_commit_lights(scene, err) || !co_scene_commit_camera(scene, err))
+        return false;
+    CO_CHECK(publish_warnings(scene), err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    scene->is_committed = true;
+    return true;
+}
+
+void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out)
+{
+    *out = scene->counts;
+}
+
+bool cohort_scene_bounds(const CohortScene *scene, double box[6])
+{
+    if (scene->has_box)
+        memcpy(box, scene->box, sizeof scene->box);
+    return scene->has_box;
+}
