@@ -1,0 +1,141 @@
+// Ends of rays: what they met on the way, and what becomes of those that met no surface.
+
+#include "integrate/render_data.h"
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter)
+{
+    if (ray->kind == CO_RAY_CAMERA || ray->pdf == 0.0f || !isfinite(ray->pdf))
+        return 1.0f;
+    bool at_split = ray->flags & CO_RAY_FROM_SPLIT;
+    float n_bsdf = at_split ? (float)render->settings.first_hit_samples : 1.0f;
+    float n_light = at_split ? (float)render->settings.light_samples : 1.0f;
+    float p_light = co_light_pdf(render->scene->lights, ray->org, ray->normal, emitter, ray->dir);
+    float p_bsdf = n_bsdf * ray->pdf;
+    return p_bsdf / (p_bsdf + n_light * p_light);
+}
+
+typedef struct Collector {
+    CohortRender *render;
+    const CoRay *ray;
+    CoVec3 sum;
+} Collector;
+
+static void collect(void *context, const CoLightHit *hit)
+{
+    Collector *c = context;
+    CoVec3 light = co_mul(c->ray->weight, hit->radiance);
+    uint32_t pixel, sample;
+    co_path_split(c->render, c->ray->path, &pixel, &sample);
+    co_film_add_color(c->render->film, pixel, sample,
+                      co_scale(light, co_mis_emission(c->render, c->ray, hit->emitter)));
+}
+
+static void end_light_ray(CohortRender *render, const CoRay *ray, CoWorkerCounts *counts)
+{
+    CoVec3 radiance;
+    co_light_ray_end(render->scene->lights, ray->org, ray->dir, ray->emitter, &radiance);
+    uint32_t pixel, sample;
+    co_path_split(render, ray->path, &pixel, &sample);
+    co_film_add_color(render->film, pixel, sample, co_mul(ray->weight, radiance));
+    counts->miss++;
+    counts->light_reached++;
+}
+
+static bool hides_lights(const CohortRender *render, const CoRay *ray)
+{
+    return render->settings.hide_lights && ray->kind == CO_RAY_CAMERA;
+}
+
+// Settles ray i of the batch as far as that needs no surface; *hit receives what shading needs.
+// Returns whether the ray goes on to shading.
+static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHitRecord *hit)
+{
+    const CoActiveBatch *b = &render->batch;
+    float t = b->hits.t[i];
+    if (isnan(t)) {
+        counts->invalid++;
+        return false;
+    }
+    CoRay ray;
+    uint32_t record = b->rays.record[i];
+    co_ray_decode(&b->records.words[(size_t)record * render->ray_words], render->ray_options, &ray);
+    bool is_hit = t < INFINITY;
+    if (ray.kind == CO_RAY_LIGHT) {
+        if (!is_hit)
+            end_light_ray(render, &ray, counts);
+        else if (b->occlusion[i])
+            counts->blocked++;
+        if (!is_hit || b->occlusion[i])
+            return false;
+    } else if (!hides_lights(render, &ray)) {
+        Collector collector = {render, &ray, {0}};
+        co_light_collect(render->scene->lights, ray.org, ray.dir, ray.tnear, t, collect,
+                         &collector);
+    }
+    if (!is_hit) {
+        counts->miss++;
+        return false;
+    }
+    CoHitRecord out = {t, b->hits.u[i], b->hits.v[i], b->hits.instance[i], 0, b->hits.tri[i],
+                       record, 0};
+    *hit = out;
+    return true;
+}
+
+typedef struct EndsWork {
+    CohortRender *render;
+    size_t *counts; // hits of each block
+} EndsWork;
+
+enum { ENDS_BLOCK = 8192 };
+
+// Each block packs its hits at its own start; pack_hits then closes the gaps, in block order.
+static void end_rays(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const EndsWork *work = context;
+    CohortRender *render = work->render;
+    for (size_t block = begin; block < end; block++) {
+        size_t first = block * ENDS_BLOCK, last = first + ENDS_BLOCK, n = 0;
+        if (last > render->batch.rays.count)
+            last = render->batch.rays.count;
+        for (size_t i = first; i < last; i++)
+            n += end_ray(render, i, &render->workers[worker],
+                         &render->batch.hit_sorted[first + n]);
+        work->counts[block] = n;
+    }
+}
+
+static void copy_hits(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const EndsWork *work = context;
+    CoActiveBatch *b = &work->render->batch;
+    for (size_t block = begin; block < end; block++) {
+        size_t first = work->counts[block], count = work->counts[block + 1] - first;
+        for (size_t i = 0; i < count; i++)
+            b->hit_records[first + i] = b->hit_sorted[block * ENDS_BLOCK + i];
+    }
+}
+
+bool co_stage_ends(CohortRender *render, CohortError *err)
+{
+    size_t blocks = (render->batch.rays.count + ENDS_BLOCK - 1) / ENDS_BLOCK, sum = 0;
+    size_t bytes = (blocks + 1) * sizeof(size_t);
+    size_t *counts = co_alloc(CO_MEMORY_RAYS, bytes);
+    CO_CHECK_MEMORY(counts, err);
+    EndsWork work = {render, counts};
+    co_parallel_for(blocks, 1, end_rays, &work);
+    for (size_t i = 0; i < blocks; i++) {
+        size_t n = counts[i];
+        counts[i] = sum;
+        sum += n;
+    }
+    counts[blocks] = sum;
+    co_parallel_for(blocks, 4, copy_hits, &work);
+    render->batch.hit_count = sum;
+    co_free(CO_MEMORY_RAYS, counts, bytes);
+    return true;
+}

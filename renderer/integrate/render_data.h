@@ -1,0 +1,122 @@
+// One render: settings, bins, the active batch's arrays, film and counters.
+//
+// The stages of a batch, in the order of figure 2 of Eisenacher et al. 2013, one file each:
+// camera.c makes rays; trace.c decodes, sorts and traverses a batch; ends.c settles misses, light
+// rays and lights met on the way; request.c sorts hits and gathers texture lookups; shade.c
+// evaluates materials and feeds new rays back into the bins.
+
+#ifndef CO_INTEGRATE_RENDER_DATA_H
+#define CO_INTEGRATE_RENDER_DATA_H
+
+#include "cohort/render.h"
+#include "film/film.h"
+#include "integrate/scene_data.h"
+#include "rays/ray_bin.h"
+#include "sample/sample.h"
+
+#include <stdatomic.h>
+
+enum { CO_GROUP_RAYS = 64 };
+
+// Per-worker counters, summed by the round; apart by a cache line.
+typedef struct CoWorkerCounts {
+    uint64_t made[3]; // by CoRayKind: records given to the bins
+    uint64_t traced, hit, miss, blocked, invalid, light_reached, overflows, underflows;
+    CoTraverseStats traverse;
+    char pad[64];
+} CoWorkerCounts;
+
+// A hit that goes to shading, compact so that sorting it costs one gather.
+typedef struct CoHitRecord {
+    float t, u, v;
+    uint32_t instance, object, tri;
+    uint32_t record; // index of the ray's record in the batch
+    uint32_t first_lookup;
+} CoHitRecord;
+
+// Arrays of the active batch, reused from batch to batch. capacity = rays of a bin.
+typedef struct CoActiveBatch {
+    CoRayRecords records;
+    CoRayBatch rays;
+    CoHitBatch hits;
+    uint8_t *occlusion;       // [capacity]
+    CoHitRecord *hit_records; // [capacity], in ray order, then in shading order
+    CoHitRecord *hit_sorted;  // [capacity]
+    size_t hit_count;
+    size_t capacity;
+    CoLookup *lookups; // [lookup_count]
+    float (*texels)[4];
+    size_t lookup_count, lookup_capacity;
+} CoActiveBatch;
+
+struct CohortRender {
+    const CohortScene *scene;
+    CohortRenderSettings settings; // every default filled in
+    const CoAccelKernels *kernels;
+    CoFilm *film;
+    CoRayBins *bins;
+    CoActiveBatch batch;
+    CoWorkerCounts *workers;
+    uint32_t worker_count;
+    uint32_t ray_options, ray_words;
+    CoWorkerCounts total;
+    CoLookupStats lookups;
+    uint64_t lookup_batches;
+    bool sorts_rays, sorts_hits;
+    uint32_t pixels;
+    char *scratch; // kept copy of settings.scratch_folder, NULL = default
+
+    // The open round.
+    uint64_t samples_done;  // per pixel, complete rounds
+    uint32_t round_samples; // per pixel, of the open round
+    uint64_t camera_next;   // next path of the round to make
+    uint64_t rounds;
+    double last_round_seconds, start_seconds, spent_seconds;
+    double seconds_camera, seconds_sort_rays, seconds_traverse, seconds_sort_hits, seconds_texture,
+        seconds_shade;
+    double mean_error;
+    bool is_noise_reached;
+    _Atomic double progress;
+    atomic_int cancel;
+};
+
+// A worker's way of making rays: encodes and pushes them, counting.
+typedef struct CoEmitter {
+    CohortRender *render;
+    uint32_t worker;
+} CoEmitter;
+void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key);
+
+// Pixel and absolute sample of a path id of the open round.
+static inline void co_path_split(const CohortRender *render, uint32_t path, uint32_t *pixel,
+                                 uint32_t *sample)
+{
+    *pixel = path % render->pixels;
+    *sample = (uint32_t)(render->samples_done + path / render->pixels);
+}
+
+static inline CoSampleKey co_path_key(const CohortRender *render, uint32_t path)
+{
+    CoSampleKey key;
+    co_path_split(render, path, &key.pixel, &key.sample);
+    key.seed = render->settings.seed;
+    return key;
+}
+
+// Distance along a camera ray to the far clip plane from where the ray starts.
+float co_camera_far(const CoCamera *camera, CoVec3 dir);
+
+// Distance in front of the camera, along -Z of its frame, of a point.
+float co_camera_depth(const CoCamera *camera, CoVec3 p);
+
+// MIS weight of emission met by a BSDF ray, or 1 where no light sample competed.
+float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter);
+
+// The stages.
+void co_stage_camera(CohortRender *render, size_t count);
+bool co_stage_trace(CohortRender *render, CohortError *err);
+bool co_stage_ends(CohortRender *render, CohortError *err);
+bool co_stage_request(CohortRender *render, CohortError *err);
+bool co_stage_shade(CohortRender *render, CohortError *err);
+
+#endif

@@ -1,0 +1,312 @@
+// Shades the hits of a batch and feeds new rays back into the bins.
+
+#include "integrate/vertex.h"
+
+#include "base/clock.h"
+#include "base/error.h"
+#include "base/parallel.h"
+
+// A BSDF ray's cone: half angle of the solid angle 1 / pdf, times this. Narrow enough that blurred
+// lookups stay within 1% of full-resolution ones, wide enough to read coarse levels after a diffuse
+// bounce (docs/architecture.md, "Footprints").
+#define SPREAD_PER_ROOT_PDF 0.15f
+
+// Segments from here on are subject to Russian roulette.
+enum { ROULETTE_DEPTH = 4 };
+
+typedef struct ShadeContext {
+    CohortRender *render;
+    CoEmitter emitter;
+    CoWorkerCounts *counts;
+    CoPlacementMemo memo;
+} ShadeContext;
+
+// Everything a vertex needs to make new rays.
+typedef struct Scatter {
+    const CoRay *ray;
+    const CoVertex *vertex;
+    CoBsdf bsdf;
+    CoVec3 weight;  // throughput up to here, pass-through decided
+    CoVec3 origin;  // where rays start
+    CoVec3 normal;  // as the record keeps it
+    uint32_t n_bsdf, n_light;
+    bool is_split;
+    CoSampleKey key;
+} Scatter;
+
+void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key)
+{
+    CohortRender *render = emitter->render;
+    CoWorkerCounts *counts = &render->workers[emitter->worker];
+    uint32_t words[4 * CO_RAY_WORDS_MAX], overflow = 0;
+    uint32_t n = co_ray_encode(ray, render->ray_options, key, words, &overflow);
+    counts->overflows += overflow;
+    counts->underflows += n == 0;
+    counts->made[ray->kind] += n;
+    for (uint32_t i = 0; i < n; i++)
+        co_ray_bins_push(render->bins, emitter->worker, &words[i * render->ray_words],
+                         co_ray_bin(ray->dir));
+}
+
+static CoRayKey ray_key(CoSampleKey key)
+{
+    CoRayKey r = {key.pixel, key.sample, key.seed};
+    return r;
+}
+
+static bool is_black(CoVec3 c)
+{
+    return !(co_max3(c) > 0.0f);
+}
+
+// Goes on behind a surface that let the ray pass: same origin, pdf and depth, t_min past the hit.
+static void pass_through(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit, float scale,
+                         CoSampleKey key)
+{
+    CoRay on = *ray;
+    on.tnear = hit->t;
+    on.flags |= CO_RAY_PASSED;
+    on.weight = co_scale(ray->weight, scale);
+    CoRayKey rounding = ray_key(key);
+    rounding.seed ^= co_hash32(hit->tri ^ co_hash32(hit->instance));
+    co_emit(&c->emitter, &on, rounding);
+}
+
+static void shade_light_ray(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit,
+                            const CoVertex *vertex)
+{
+    float through = co_vertex_transmittance(vertex);
+    if (through > 0.0f) {
+        c->counts->hit++;
+        pass_through(c, ray, hit, through, co_path_key(c->render, ray->path));
+    } else {
+        c->counts->blocked++;
+    }
+}
+
+// Decides whether the ray goes straight on. The surface's share is kept right on average: a ray that
+// stays carries 1 / (1 - p), and the lobe that went through is taken out of the BSDF.
+static bool passes(ShadeContext *c, const CoHitRecord *hit, Scatter *s)
+{
+    float through = co_vertex_transmittance(s->vertex);
+    if (through <= 0.0f)
+        return false;
+    bool is_partial = s->vertex->material->opacity_threshold <= 0.0f &&
+                      !s->vertex->material->opacity_presence;
+    float p = is_partial ? s->bsdf.p_through : through;
+    uint32_t primitive = co_hash32(hit->tri ^ co_hash32(hit->instance));
+    if (co_sample_hash(s->key, primitive, (s->ray->depth << 8) | s->ray->branch) < p) {
+        CoRay on = *s->ray;
+        on.weight = s->weight;
+        pass_through(c, &on, hit, through / p, s->key);
+        return true;
+    }
+    if (is_partial && p > 0.0f)
+        s->weight = co_scale(s->weight, 1.0f / (1.0f - p));
+    float rest = 1.0f - s->bsdf.p_through;
+    if (rest > 0.0f) {
+        s->bsdf.p_diffuse /= rest;
+        s->bsdf.p_specular /= rest;
+        s->bsdf.p_coat /= rest;
+    }
+    s->bsdf.p_through = 0.0f;
+    return false;
+}
+
+static void splat_first_hit(ShadeContext *c, const Scatter *s, const CoHitRecord *hit)
+{
+    const CohortRender *render = c->render;
+    co_film_add_alpha(render->film, s->key.pixel, s->key.sample, 1.0f);
+    if (!(render->settings.aovs & ~(uint32_t)(COHORT_AOV_COLOR | COHORT_AOV_ERROR)))
+        return;
+    const CoCamera *camera = &render->scene->camera;
+    float z = co_camera_depth(camera, s->vertex->p), near = camera->clip_near,
+          far = camera->clip_far, depth = 0.0f;
+    if (camera->is_orthographic)
+        depth = isfinite(far) ? (z - near) / (far - near) : 0.0f;
+    else
+        depth = isfinite(far) ? far / (far - near) * (1.0f - near / z) : 1.0f - near / z;
+    CoFirstHit first = {
+        .depth = co_clamp(depth, 0.0f, 1.0f),
+        .camera_depth = z,
+        .normal = s->bsdf.n,
+        .albedo = co_bsdf_albedo(&s->bsdf, s->vertex->wo),
+        .prim_id = co_placement_prim_id(render->scene, s->vertex->placement),
+        .element_id = (int32_t)s->vertex->hit.surface.face,
+    };
+    (void)hit;
+    co_film_add_first(render->film, s->key.pixel, s->key.sample, &first);
+}
+
+// How many rays of each kind leave the vertex. The split is at the first vertex that has a smooth
+// lobe; the vertices before it are mirrors.
+static void choose_counts(const CohortRender *render, Scatter *s)
+{
+    const CohortRenderSettings *set = &render->settings;
+    bool has_smooth = co_bsdf_has_smooth(&s->bsdf);
+    s->is_split = has_smooth && !(s->ray->flags & CO_RAY_HAS_SPLIT);
+    s->n_bsdf = s->is_split ? set->first_hit_samples : 1;
+    s->n_light = s->is_split ? set->light_samples : !set->no_light_samples_after_split;
+    if (!has_smooth || co_lights_count(render->scene->lights) == 0)
+        s->n_light = 0;
+}
+
+// The numbers of a decision: the split's rays share one set, and so do those that follow a branch.
+static void draw(const CohortRender *render, const Scatter *s, CoDecision decision, uint32_t i,
+                 uint32_t n, uint32_t count, float *u)
+{
+    if (s->is_split || !(s->ray->flags & CO_RAY_HAS_SPLIT))
+        co_sample(s->key, s->ray->depth, 0, decision, i, n, count, u);
+    else
+        co_sample(s->key, s->ray->depth, 0, decision, s->ray->branch,
+                  render->settings.first_hit_samples, count, u);
+}
+
+static void emit_light_sample(ShadeContext *c, const Scatter *s, uint32_t i)
+{
+    const CoLights *lights = c->render->scene->lights;
+    float u[3], pdf = 0.0f;
+    CoLightSample sample;
+    draw(c->render, s, CO_DECISION_LIGHT, i, s->n_light, 3, u);
+    if (!co_light_sample(lights, s->origin, s->normal, u[0], u[1], u[2], &sample))
+        return;
+    CoVec3 wi = co_ray_quantize_direction(sample.wi);
+    CoVec3 f = co_bsdf_eval(&s->bsdf, s->vertex->wo, wi, &pdf);
+    float p_light = (float)s->n_light * co_light_pdf(lights, s->origin, s->normal, sample.emitter, wi);
+    if (is_black(f) || !(p_light > 0.0f))
+        return;
+    float p_bsdf = sample.is_delta ? 0.0f : (float)s->n_bsdf * co_ray_quantize_pdf(pdf);
+    CoRay ray = {.org = s->origin,
+                 .dir = wi,
+                 .weight = co_scale(co_mul(s->weight, f), 1.0f / (p_light + p_bsdf)),
+                 .emitter = sample.emitter,
+                 .path = s->ray->path,
+                 .kind = CO_RAY_LIGHT,
+                 .depth = s->ray->depth + 1,
+                 .branch = s->is_split ? i : s->ray->branch,
+                 .width = s->vertex->width,
+                 .spread = s->ray->spread};
+    co_emit(&c->emitter, &ray, ray_key(s->key));
+}
+
+// Kills paths that carry little, before they cost a segment. Returns the survivor's scale or 0.
+static float roulette(const CohortRender *render, const Scatter *s, CoVec3 weight, uint32_t branch)
+{
+    if (s->ray->depth + 1 < ROULETTE_DEPTH)
+        return 1.0f;
+    float n = (float)render->settings.first_hit_samples, u;
+    float survive = co_clamp(co_max3(weight) * n, 0.05f, 1.0f);
+    if (survive >= 1.0f)
+        return 1.0f;
+    co_sample(s->key, s->ray->depth, 0, CO_DECISION_ROULETTE, branch,
+              render->settings.first_hit_samples, 1, &u);
+    return u < survive ? 1.0f / survive : 0.0f;
+}
+
+static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
+{
+    float u[3], pdf = INFINITY;
+    CoBsdfSample sample;
+    draw(c->render, s, CO_DECISION_BSDF, i, s->n_bsdf, 3, u);
+    if (!co_bsdf_sample(&s->bsdf, s->vertex->wo, u[0], u[1], u[2], &sample))
+        return;
+    CoVec3 wi = co_ray_quantize_direction(sample.wi);
+    CoVec3 f = sample.weight;
+    if (!sample.is_delta) {
+        f = co_bsdf_eval(&s->bsdf, s->vertex->wo, wi, &pdf);
+        if (!(pdf > 0.0f))
+            return;
+        f = co_scale(f, 1.0f / pdf);
+    }
+    uint32_t branch = s->is_split ? i : s->ray->branch;
+    CoVec3 weight = co_scale(co_mul(s->weight, f), 1.0f / (float)s->n_bsdf);
+    float survive = is_black(weight) ? 0.0f : roulette(c->render, s, weight, branch);
+    if (survive == 0.0f)
+        return;
+    bool competes = !sample.is_delta && s->n_light > 0;
+    uint32_t flags = s->ray->flags & CO_RAY_HAS_SPLIT;
+    if (s->is_split && !sample.is_delta)
+        flags |= CO_RAY_FROM_SPLIT;
+    if (s->is_split)
+        flags |= CO_RAY_HAS_SPLIT;
+    float cone = sample.is_delta ? 0.0f : SPREAD_PER_ROOT_PDF / sqrtf(pdf);
+    CoRay ray = {.org = s->origin,
+                 .dir = wi,
+                 .weight = co_scale(weight, survive),
+                 .pdf = sample.is_delta ? INFINITY : competes ? co_ray_quantize_pdf(pdf) : 0.0f,
+                 .normal = s->normal,
+                 .path = s->ray->path,
+                 .kind = CO_RAY_BSDF,
+                 .depth = s->ray->depth + 1,
+                 .branch = branch,
+                 .width = s->vertex->width,
+                 .spread = fmaxf(s->ray->spread, cone),
+                 .flags = flags};
+    co_emit(&c->emitter, &ray, ray_key(s->key));
+}
+
+static void scatter(ShadeContext *c, Scatter *s)
+{
+    const CohortRender *render = c->render;
+    if (s->ray->depth >= render->settings.max_depth)
+        return;
+    choose_counts(render, s);
+    s->origin = co_vertex_origin(s->vertex, s->bsdf.ng);
+    s->normal = co_ray_quantize_normal(s->bsdf.n);
+    for (uint32_t i = 0; i < s->n_light; i++)
+        emit_light_sample(c, s, i);
+    for (uint32_t i = 0; i < s->n_bsdf; i++)
+        emit_bsdf_sample(c, s, i);
+}
+
+static void shade_surface(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit,
+                          const CoVertex *vertex)
+{
+    CohortRender *render = c->render;
+    Scatter s = {.ray = ray,
+                 .vertex = vertex,
+                 .weight = ray->weight,
+                 .key = co_path_key(render, ray->path)};
+    CoVec3 emissive;
+    c->counts->hit++;
+    co_vertex_bsdf(render->scene, vertex, &s.bsdf, &emissive);
+    if (passes(c, hit, &s))
+        return;
+    if (ray->kind == CO_RAY_CAMERA)
+        splat_first_hit(c, &s, hit);
+    if (!is_black(emissive))
+        co_film_add_color(render->film, s.key.pixel, s.key.sample, co_mul(s.weight, emissive));
+    scatter(c, &s);
+}
+
+static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    CohortRender *render = context;
+    CoActiveBatch *b = &render->batch;
+    ShadeContext c = {render, {render, worker}, &render->workers[worker],
+                      {.instance = COHORT_INVALID_ID}};
+    if (atomic_load_explicit(&render->cancel, memory_order_relaxed))
+        return;
+    for (size_t i = begin; i < end; i++) {
+        const CoHitRecord *hit = &b->hit_records[i];
+        CoRay ray;
+        co_ray_decode(&b->records.words[(size_t)hit->record * render->ray_words],
+                      render->ray_options, &ray);
+        CoVertex vertex;
+        vertex.hit.texels = b->lookup_count ? (const float(*)[4])&b->texels[hit->first_lookup] : NULL;
+        co_vertex_make(render->scene, co_placement_get(render->scene, &c.memo, hit->instance), hit,
+                       &ray, &vertex);
+        if (ray.kind == CO_RAY_LIGHT)
+            shade_light_ray(&c, &ray, hit, &vertex);
+        else
+            shade_surface(&c, &ray, hit, &vertex);
+    }
+}
+
+bool co_stage_shade(CohortRender *render, CohortError *err)
+{
+    double start = co_clock_seconds();
+    co_parallel_for(render->batch.hit_count, 1024, shade_hits, render);
+    render->seconds_shade += co_clock_seconds() - start;
+    return co_ray_bins_ok(render->bins, err);
+}

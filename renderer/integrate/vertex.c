@@ -1,0 +1,150 @@
+#include "integrate/vertex.h"
+
+#include "shading/normal_map.h"
+
+#include <string.h>
+
+const CoPlacement *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
+                                    uint32_t instance)
+{
+    if (memo->instance != instance) {
+        co_accel_placement(&scene->accel, instance, &memo->placement);
+        memo->instance = instance;
+    }
+    return &memo->placement;
+}
+
+static CoVec3 abs3(CoVec3 a)
+{
+    return co_vec3(fabsf(a.x), fabsf(a.y), fabsf(a.z));
+}
+
+static CoAffine abs_affine(const CoAffine *a)
+{
+    CoAffine r;
+    for (int i = 0; i < 12; i++)
+        r.m[i / 4][i % 4] = fabsf(a->m[i / 4][i % 4]);
+    return r;
+}
+
+// Error bound in the render frame: of the point itself, of its way out through the instance's
+// transforms, and of a ray origin's way back in, gamma(n) = n eps / (1 - n eps) per level
+// (Pharr, Jakob, Humphreys, "Physically Based Rendering", 6.8).
+static CoVec3 error_bound(const CoPlacement *placement, const CoSurface *surface, CoVec3 p)
+{
+    const float gamma = 4.0f * (float)placement->chain_length * 0x1p-23f;
+    CoAffine out = abs_affine(&placement->to_world), in = abs_affine(&placement->to_object);
+    CoVec3 way_in = co_scale(co_affine_point(&in, abs3(p)), gamma);
+    CoVec3 local = co_add(surface->p_error, way_in);
+    CoVec3 way_out = co_scale(co_affine_point(&out, abs3(surface->p)), gamma);
+    return co_add(co_affine_vector(&out, local), way_out);
+}
+
+void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, const CoHitRecord *hit,
+                    const CoRay *ray, CoVertex *out)
+{
+    const CoMesh *mesh = scene->accel.objects[placement->object].mesh;
+    out->hit.mesh = mesh;
+    out->hit.tri = hit->tri;
+    out->hit.u = hit->u;
+    out->hit.v = hit->v;
+    out->placement = placement;
+    CoSurface *s = &out->hit.surface;
+    co_mesh_surface(mesh, hit->tri, hit->u, hit->v, s);
+    out->material = s->material < scene->material_count && scene->materials[s->material].is_set
+                        ? &scene->materials[s->material]
+                        : NULL;
+    out->p = co_affine_point(&placement->to_world, s->p);
+    out->p_error = error_bound(placement, s, out->p);
+    out->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ng));
+    out->ns = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ns));
+    out->wo = co_neg(ray->dir);
+    out->width = ray->width + ray->spread * hit->t;
+}
+
+CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng)
+{
+    float reach = co_dot(abs3(ng), vertex->p_error);
+    CoVec3 o = co_madd(vertex->p, ng, reach);
+    // Adding may have rounded back towards the surface: one more step outward per axis.
+    float *x = &o.x;
+    const float *n = &ng.x;
+    for (int k = 0; k < 3; k++)
+        if (n[k] != 0.0f)
+            x[k] += copysignf(fabsf(x[k]) * 0x1p-23f, n[k]);
+    return o;
+}
+
+static const CohortInstanceDesc *instance_edit(const CohortScene *scene,
+                                               const CoPlacement *placement, uint32_t level)
+{
+    uint32_t object = scene->accel.root;
+    for (uint32_t i = 0; i < level; i++)
+        object = scene->objects[object].instances[placement->chain[i]].object;
+    const CoSceneObject *group = &scene->objects[object];
+    return &group->edits[group->edit_of[placement->chain[level]]];
+}
+
+int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placement)
+{
+    for (uint32_t level = placement->chain_length; level-- > 0;) {
+        const CohortInstanceDesc *edit = instance_edit(scene, placement, level);
+        if (edit->prim_id >= 0)
+            return edit->prim_id;
+    }
+    return -1;
+}
+
+// The instance's displayColor, else the mesh's, else USD's 0.18 gray.
+static CoVec3 display_color(const CohortScene *scene, const CoVertex *vertex)
+{
+    for (uint32_t level = vertex->placement->chain_length; level-- > 0;) {
+        const CohortInstanceDesc *edit = instance_edit(scene, vertex->placement, level);
+        if (edit->display_color)
+            return co_vec3_load(edit->display_color);
+    }
+    float value[4] = {0.18f, 0.18f, 0.18f, 1.0f};
+    int primvar = co_mesh_primvar_find(vertex->hit.mesh, "displayColor");
+    if (primvar >= 0)
+        co_mesh_primvar(vertex->hit.mesh, primvar, vertex->hit.tri, vertex->hit.u, vertex->hit.v,
+                        value);
+    return co_vec3_load(value);
+}
+
+static CoVec3 shading_normal(const CoVertex *vertex)
+{
+    CoVec3 tangent_normal;
+    CoTexCoord frame;
+    if (!vertex->material ||
+        !co_material_normal(vertex->material, &vertex->hit, &tangent_normal, &frame))
+        return vertex->ns;
+    const CoAffine *m = &vertex->placement->to_world;
+    return co_normal_map(vertex->ns, vertex->ng, co_affine_vector(m, frame.dpds),
+                         co_affine_vector(m, frame.dpdt), tangent_normal);
+}
+
+void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out,
+                    CoVec3 *emissive)
+{
+    CoVec3 ns = shading_normal(vertex);
+    if (!vertex->material) {
+        *emissive = co_vec3_splat(0.0f);
+        co_bsdf_lambert(display_color(scene, vertex), ns, vertex->ng, vertex->wo, out);
+        return;
+    }
+    CoPreviewSurface surface;
+    co_material_evaluate(vertex->material, &vertex->hit, &surface);
+    *emissive = surface.emissive_color;
+    co_bsdf_preview(&surface, ns, vertex->ng, vertex->wo, out);
+}
+
+float co_vertex_transmittance(const CoVertex *vertex)
+{
+    if (!vertex->material || !vertex->material->may_pass)
+        return 0.0f;
+    float opacity = co_material_opacity(vertex->material, &vertex->hit);
+    float threshold = vertex->material->opacity_threshold;
+    if (threshold > 0.0f)
+        return opacity < threshold ? 1.0f : 0.0f;
+    return opacity >= 1.0f ? 0.0f : opacity > 0.0f ? 1.0f - opacity : 1.0f;
+}

@@ -1,0 +1,47 @@
+// A path vertex: a hit brought into the render frame, with its material's answers.
+
+#ifndef CO_INTEGRATE_VERTEX_H
+#define CO_INTEGRATE_VERTEX_H
+
+#include "integrate/material.h"
+#include "integrate/render_data.h"
+
+// Placement of the instance path a worker met last: sorted hits mostly share it.
+typedef struct CoPlacementMemo {
+    CoPlacement placement;
+    uint32_t instance; // COHORT_INVALID_ID: nothing yet
+} CoPlacementMemo;
+
+const CoPlacement *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
+                                    uint32_t instance);
+
+typedef struct CoVertex {
+    CoShadeHit hit;              // object space
+    const CoMaterial *material;  // NULL: Lambertian with displayColor
+    const CoPlacement *placement;
+    CoVec3 p;   // render frame
+    CoVec3 ng, ns; // unit, render frame, as the mesh is oriented
+    CoVec3 wo;  // towards where the ray came from
+    float width; // footprint's diameter here, scene units
+    CoVec3 p_error; // bound per axis, transforms included
+} CoVertex;
+
+// Fills everything but hit.texels, which the caller sets before.
+void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, const CoHitRecord *hit,
+                    const CoRay *ray, CoVertex *out);
+
+// Where rays that leave on the side of ng start: far enough out that they cannot meet the surface
+// they leave because of rounding in the hit or in the way back into the mesh's space.
+CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng);
+
+// The BSDF of the vertex; emissive receives what the surface sends towards wo.
+void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out,
+                    CoVec3 *emissive);
+
+// What the surface lets straight through, 0 to 1, all lobes aside.
+float co_vertex_transmittance(const CoVertex *vertex);
+
+// primId of the placement: the innermost that is not -1.
+int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placement);
+
+#endif
