@@ -1,0 +1,358 @@
+// The render: rounds of samples, each a run of batches until every bin is empty.
+
+#include "integrate/render_data.h"
+
+#include "base/clock.h"
+#include "base/error.h"
+#include "base/parallel.h"
+#include "light/light.h"
+
+#include <string.h>
+
+#define TAG CO_MEMORY_RAYS
+
+// Rounds double until one takes about this long.
+#define ROUND_SECONDS 10.0
+
+// Scenes whose geometry and trees fit the caches trace as fast unsorted: sorting is skipped.
+#define SORT_PAYS_BYTES ((uint64_t)24 << 20)
+
+static uint32_t or_default(uint32_t value, uint32_t fallback)
+{
+    return value ? value : fallback;
+}
+
+static bool check_settings(const CohortRenderSettings *s, CohortError *err)
+{
+    CO_CHECK(s->width <= 65536 && s->height <= 65536, err, COHORT_ERROR_ARGUMENT,
+             "%u x %u pixels: at most 65536 a side", s->width, s->height);
+    CO_CHECK(s->spp <= 1u << 31, err, COHORT_ERROR_ARGUMENT, "%u samples: at most 2^31", s->spp);
+    CO_CHECK(s->max_depth <= 1023, err, COHORT_ERROR_ARGUMENT, "path length %u: at most 1023",
+             s->max_depth);
+    CO_CHECK(s->first_hit_samples <= 255 && s->light_samples <= 255, err, COHORT_ERROR_ARGUMENT,
+             "at most 255 samples at the split");
+    CO_CHECK(!s->batch || (s->batch >= 1u << 8 && s->batch <= 1u << 26), err, COHORT_ERROR_ARGUMENT,
+             "batch of %u rays: 256 to 67108864", s->batch);
+    CO_CHECK(!(s->noise < 0.0) && !(s->time_limit_seconds < 0.0), err, COHORT_ERROR_ARGUMENT,
+             "noise and time limit cannot be negative");
+    return true;
+}
+
+static void fill_defaults(CohortRenderSettings *s)
+{
+    s->width = or_default(s->width, 1280);
+    s->height = or_default(s->height, 720);
+    s->spp = or_default(s->spp, 64);
+    s->max_depth = or_default(s->max_depth, 6);
+    s->first_hit_samples = or_default(s->first_hit_samples, 1);
+    s->light_samples = or_default(s->light_samples, 1);
+    s->batch = or_default(s->batch, 1u << 22);
+    s->aovs |= COHORT_AOV_COLOR;
+}
+
+// Bytes that a ray of the batch costs in memory, lookups aside.
+static size_t bytes_per_ray(const CohortRender *r)
+{
+    return sizeof(float) * 9 + sizeof(float) * 5 + 1 + 2 * sizeof(CoHitRecord) +
+           2 * r->ray_words * sizeof(uint32_t) + 24;
+}
+
+static uint64_t film_bytes(const CohortRender *r)
+{
+    return (uint64_t)r->pixels * 2 * (3 + 1) * 32;
+}
+
+// Brings the batch down until the render fits the memory limit; never below 2^10 rays.
+static bool fit_memory(CohortRender *r, CohortError *err)
+{
+    uint64_t limit = r->settings.memory;
+    if (!limit)
+        return true;
+    const CohortSceneCounts *c = &r->scene->counts;
+    uint64_t fixed = c->geometry_bytes + c->accel_bytes + film_bytes(r) + ((uint64_t)64 << 20);
+    uint64_t least = fixed + (uint64_t)1024 * 8 * bytes_per_ray(r);
+    CO_CHECK(least <= limit, err, COHORT_ERROR_LIMIT,
+             "--memory %llu MB is too little: this scene needs at least %llu MB",
+             (unsigned long long)(limit >> 20), (unsigned long long)((least >> 20) + 1));
+    while (r->settings.batch > 1024 &&
+           fixed + (uint64_t)r->settings.batch * 8 * bytes_per_ray(r) > limit)
+        r->settings.batch /= 2;
+    return true;
+}
+
+static bool alloc_fields(CoActiveBatch *b, size_t n)
+{
+    bool ok = true;
+#define ALLOC_RAY(type, name) ok = (b->rays.name = co_alloc(TAG, n * sizeof(type))) != NULL && ok;
+    CO_RAY_FIELDS(ALLOC_RAY)
+#undef ALLOC_RAY
+#define ALLOC_HIT(type, name) ok = (b->hits.name = co_alloc(TAG, n * sizeof(type))) != NULL && ok;
+    CO_HIT_FIELDS(ALLOC_HIT)
+#undef ALLOC_HIT
+    b->occlusion = co_alloc(TAG, n);
+    b->hit_records = co_alloc(TAG, n * sizeof *b->hit_records);
+    b->hit_sorted = co_alloc(TAG, n * sizeof *b->hit_sorted);
+    b->capacity = b->rays.capacity = b->hits.capacity = n;
+    return ok && b->occlusion && b->hit_records && b->hit_sorted;
+}
+
+static void free_fields(CoActiveBatch *b)
+{
+    size_t n = b->capacity;
+#define FREE_RAY(type, name) co_free(TAG, b->rays.name, n * sizeof(type));
+    CO_RAY_FIELDS(FREE_RAY)
+#undef FREE_RAY
+#define FREE_HIT(type, name) co_free(TAG, b->hits.name, n * sizeof(type));
+    CO_HIT_FIELDS(FREE_HIT)
+#undef FREE_HIT
+    co_free(TAG, b->occlusion, n);
+    co_free(TAG, b->hit_records, n * sizeof *b->hit_records);
+    co_free(TAG, b->hit_sorted, n * sizeof *b->hit_sorted);
+    co_free(CO_MEMORY_TEXTURE, b->lookups, b->lookup_capacity * sizeof *b->lookups);
+    co_free(CO_MEMORY_TEXTURE, b->texels, b->lookup_capacity * sizeof *b->texels);
+}
+
+// A power of two above anything a path can carry: the brightest emitter, emissive surfaces included.
+static int film_exponent(const CohortScene *scene)
+{
+    float brightest = 1.0f;
+    if (co_lights_count(scene->lights))
+        brightest = fmaxf(brightest, co_lights_max_radiance(scene->lights));
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        for (int k = 0; k < 3; k++)
+            brightest = fmaxf(brightest, scene->materials[i].inputs[CO_INPUT_EMISSIVE].value[k]);
+    return isfinite(brightest) ? ilogbf(brightest) + 1 : 127;
+}
+
+static void choose_sort(CohortRender *r)
+{
+    const CohortSceneCounts *c = &r->scene->counts;
+    CohortSort sort = r->settings.sort;
+    bool pays = c->geometry_bytes + c->accel_bytes > SORT_PAYS_BYTES;
+    r->sorts_rays = sort == COHORT_SORT_RAYS || sort == COHORT_SORT_BOTH ||
+                    (sort == COHORT_SORT_AUTO && pays);
+    r->sorts_hits = sort == COHORT_SORT_HITS || sort == COHORT_SORT_BOTH || sort == COHORT_SORT_AUTO;
+}
+
+static bool create_parts(CohortRender *r, CohortError *err)
+{
+    const CohortRenderSettings *s = &r->settings;
+    r->kernels = co_accel_kernels(s->isa);
+    CO_CHECK(r->kernels, err, COHORT_ERROR_ARGUMENT,
+             "this machine has no instruction set \"%s\"; scalar, sse42, avx2, avx512 are known",
+             s->isa ? s->isa : "");
+    if (s->scratch_folder) {
+        size_t length = strlen(s->scratch_folder) + 1;
+        r->scratch = co_alloc(TAG, length);
+        CO_CHECK_MEMORY(r->scratch, err);
+        memcpy(r->scratch, s->scratch_folder, length);
+    }
+    r->settings.isa = NULL;
+    r->settings.scratch_folder = NULL;
+    r->workers = co_alloc_zero(TAG, r->worker_count * sizeof *r->workers);
+    CO_CHECK_MEMORY(r->workers, err);
+    r->film = co_film_create(s->width, s->height, s->aovs, film_exponent(r->scene), err);
+    if (!r->film)
+        return false;
+    r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->scratch, err);
+    if (!r->bins)
+        return false;
+    CO_CHECK(alloc_fields(&r->batch, s->batch), err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory for a batch of %u rays: use a smaller --batch", s->batch);
+    return true;
+}
+
+CohortRender *cohort_render_create(const CohortScene *scene, const CohortRenderSettings *settings,
+                                   CohortError *err)
+{
+    CO_CHECK_NULL(scene->is_committed, err, COHORT_ERROR_ARGUMENT,
+                  "the scene has edits that are not committed");
+    if (!check_settings(settings, err))
+        return NULL;
+    CohortRender *r = co_alloc_zero(TAG, sizeof *r);
+    CO_CHECK_NULL(r, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for a render");
+    r->scene = scene;
+    r->settings = *settings;
+    fill_defaults(&r->settings);
+    co_worker_count_set(r->settings.threads);
+    r->worker_count = co_worker_count();
+    r->pixels = r->settings.width * r->settings.height;
+    r->ray_options = scene->has_cutouts ? CO_RAY_OPTION_TNEAR : 0;
+    r->ray_words = co_ray_words(r->ray_options);
+    r->start_seconds = co_clock_seconds();
+    choose_sort(r);
+    if (!fit_memory(r, err) || !create_parts(r, err)) {
+        cohort_render_destroy(r);
+        return NULL;
+    }
+    return r;
+}
+
+void cohort_render_destroy(CohortRender *r)
+{
+    if (!r)
+        return;
+    co_ray_bins_destroy(r->bins);
+    co_film_destroy(r->film);
+    free_fields(&r->batch);
+    co_free(TAG, r->workers, r->worker_count * sizeof *r->workers);
+    if (r->scratch)
+        co_free(TAG, r->scratch, strlen(r->scratch) + 1);
+    co_free(TAG, r, sizeof *r);
+}
+
+void cohort_render_cancel(CohortRender *r)
+{
+    atomic_store(&r->cancel, 1);
+}
+
+// Samples of the next round: 1, 1, 2, 4, ... until a round takes its time, within the target, the time
+// limit and 2^32 paths.
+static uint32_t next_round(const CohortRender *r)
+{
+    uint64_t done = r->samples_done, want = done ? done : 1;
+    if (r->rounds > 1 && r->last_round_seconds > 0.0) {
+        double per_sample = r->last_round_seconds / (double)r->round_samples;
+        double seconds = ROUND_SECONDS;
+        if (r->settings.time_limit_seconds > 0.0)
+            seconds = fmin(seconds, r->settings.time_limit_seconds - r->spent_seconds);
+        uint64_t fits = seconds > per_sample ? (uint64_t)(seconds / per_sample) : 1;
+        want = want < fits ? want : fits;
+    }
+    uint64_t left = r->settings.spp - done, most = UINT32_MAX / r->pixels;
+    want = want < left ? want : left;
+    return (uint32_t)(want < most ? want : most);
+}
+
+static void note_progress(CohortRender *r)
+{
+    uint64_t paths = (uint64_t)r->round_samples * r->pixels;
+    double within = paths ? (double)r->camera_next / (double)paths * (double)r->round_samples : 0.0;
+    double by_samples = ((double)r->samples_done + 0.98 * within) / (double)r->settings.spp;
+    double limit = r->settings.time_limit_seconds;
+    double by_time = limit > 0.0 ? (co_clock_seconds() - r->start_seconds) / limit : 0.0;
+    double p = fmax(by_samples, fmin(by_time, 0.99));
+    if (p > atomic_load(&r->progress))
+        atomic_store(&r->progress, p);
+}
+
+double cohort_render_progress(const CohortRender *r)
+{
+    return atomic_load(&r->progress);
+}
+
+static bool process_batch(CohortRender *r, CohortError *err)
+{
+    bool ok = co_stage_trace(r, err) && co_stage_ends(r, err) && co_stage_request(r, err) &&
+              co_stage_shade(r, err);
+    co_ray_bins_recycle(r->bins, &r->batch.records);
+    CO_CHECK(!atomic_load(&r->cancel), err, COHORT_ERROR_CANCELLED, "the render was stopped");
+    return ok;
+}
+
+// Newest full batch first; camera rays only when none waits; what is left at the end together.
+static bool run_round(CohortRender *r, CohortError *err)
+{
+    uint64_t paths = (uint64_t)r->round_samples * r->pixels;
+    for (;;) {
+        bool is_ready = co_ray_bins_pop(r->bins, &r->batch.records, err);
+        if (!is_ready && !co_ray_bins_ok(r->bins, err))
+            return false;
+        if (!is_ready && r->camera_next < paths) {
+            double start = co_clock_seconds();
+            uint64_t left = paths - r->camera_next;
+            co_stage_camera(r, left < r->settings.batch ? (size_t)left : r->settings.batch);
+            r->seconds_camera += co_clock_seconds() - start;
+            note_progress(r);
+            CO_CHECK(!atomic_load(&r->cancel), err, COHORT_ERROR_CANCELLED,
+                     "the render was stopped");
+            continue;
+        }
+        if (!is_ready && !co_ray_bins_drain(r->bins, &r->batch.records, err))
+            return co_ray_bins_ok(r->bins, err);
+        if (!process_batch(r, err))
+            return false;
+    }
+}
+
+static void add_counts(CoWorkerCounts *sum, const CoWorkerCounts *w)
+{
+    for (int k = 0; k < 3; k++)
+        sum->made[k] += w->made[k];
+    sum->traced += w->traced;
+    sum->hit += w->hit;
+    sum->miss += w->miss;
+    sum->blocked += w->blocked;
+    sum->invalid += w->invalid;
+    sum->light_reached += w->light_reached;
+    sum->overflows += w->overflows;
+    sum->underflows += w->underflows;
+    sum->traverse.groups += w->traverse.groups;
+    sum->traverse.top_nodes_grouped += w->traverse.top_nodes_grouped;
+    sum->traverse.top_nodes_single += w->traverse.top_nodes_single;
+    sum->traverse.bottom_nodes += w->traverse.bottom_nodes;
+    sum->traverse.triangles += w->traverse.triangles;
+    sum->traverse.invalid += w->traverse.invalid;
+}
+
+// No ray is lost: what the bins took in this round has been traced and has ended, once each. The two
+// sides are counted apart, by the bins and by the stages.
+static bool settle_counts(CohortRender *r, uint64_t committed_before, CohortError *err)
+{
+    CoWorkerCounts round = {0};
+    for (uint32_t i = 0; i < r->worker_count; i++)
+        add_counts(&round, &r->workers[i]);
+    memset(r->workers, 0, r->worker_count * sizeof *r->workers);
+    add_counts(&r->total, &round);
+    uint64_t made = round.made[0] + round.made[1] + round.made[2];
+    uint64_t committed = co_ray_bins_committed(r->bins) - committed_before;
+    uint64_t ended = round.hit + round.miss + round.blocked + round.invalid;
+    CO_CHECK(made == committed && committed == round.traced && committed == ended, err,
+             COHORT_ERROR_INTERNAL,
+             "rays were lost: %llu made, %llu in bins, %llu traced, %llu ended",
+             (unsigned long long)made, (unsigned long long)committed,
+             (unsigned long long)round.traced, (unsigned long long)ended);
+    return true;
+}
+
+bool cohort_render_round(CohortRender *r, CohortError *err)
+{
+    if (cohort_render_is_done(r))
+        return true;
+    double start = co_clock_seconds();
+    co_worker_count_set(r->worker_count);
+    atomic_store(&r->cancel, 0);
+    uint32_t previous = r->round_samples;
+    uint64_t committed = co_ray_bins_committed(r->bins);
+    r->round_samples = next_round(r);
+    r->camera_next = 0;
+    bool ok = run_round(r, err) && settle_counts(r, committed, err) &&
+              co_film_complete(r->film, r->samples_done + r->round_samples, err);
+    double seconds = co_clock_seconds() - start;
+    r->spent_seconds += seconds;
+    if (!ok) {
+        co_film_revert(r->film);
+        co_ray_bins_clear(r->bins);
+        memset(r->workers, 0, r->worker_count * sizeof *r->workers);
+        r->round_samples = previous;
+        return false;
+    }
+    r->last_round_seconds = seconds;
+    r->samples_done += r->round_samples;
+    r->rounds++;
+    r->mean_error = co_film_mean_error(r->film);
+    r->is_noise_reached = r->settings.noise > 0.0 && r->samples_done >= 4 &&
+                          r->mean_error <= r->settings.noise;
+    r->camera_next = 0;
+    note_progress(r);
+    if (cohort_render_is_done(r))
+        atomic_store(&r->progress, 1.0);
+    return true;
+}
+
+bool cohort_render_is_done(const CohortRender *r)
+{
+    double limit = r->settings.time_limit_seconds;
+    return r->samples_done >= r->settings.spp || r->is_noise_reached ||
+           (limit > 0.0 && r->samples_done > 0 && r->spent_seconds >= limit);
+}
