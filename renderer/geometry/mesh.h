@@ -49,6 +49,10 @@ typedef struct CoSurface {
 // (u, v): barycentrics of corners 1 and 2 of the triangle.
 void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out);
 
+// Face of the cage a triangle lies in, and the material of a face (of its subset, or the mesh's).
+uint32_t co_mesh_tri_face(const CoMesh *mesh, uint32_t tri);
+uint32_t co_mesh_face_material(const CoMesh *mesh, uint32_t face);
+
 // Index of a primvar by name, -1 if the mesh has none such.
 int co_mesh_primvar_find(const CoMesh *mesh, const char *name);
 

@@ -36,7 +36,8 @@ static bool sort_hits(CohortRender *render, CohortError *err)
 static uint32_t lookup_need(const CohortRender *render, const CoHitRecord *hit)
 {
     const CohortScene *scene = render->scene;
-    uint32_t id = co_mesh_material(scene->accel.objects[hit->object].mesh, hit->tri);
+    const CoMesh *mesh = scene->accel.objects[hit->object].mesh;
+    uint32_t id = co_mesh_face_material(mesh, co_mesh_tri_face(mesh, hit->tri));
     if (id >= scene->material_count)
         return 0;
     const CoMaterial *m = &scene->materials[id];

@@ -61,10 +61,14 @@ static void survey_materials(CohortScene *scene)
     for (uint32_t i = 0; scene->has_lookups && i < scene->object_count; i++) {
         if (scene->objects[i].kind != CO_OBJECT_MESH)
             continue;
-        uint32_t count = 0;
-        const uint32_t *used = co_mesh_materials(&scene->objects[i].mesh, &count);
-        for (uint32_t k = 0; k < count; k++)
-            check_ptex(scene, i, used[k]);
+        const CoMesh *mesh = &scene->objects[i].mesh;
+        uint32_t last = COHORT_INVALID_ID;
+        for (uint32_t face = 0; face < mesh->face_count; face++) {
+            uint32_t material = co_mesh_face_material(mesh, face);
+            if (material != last)
+                check_ptex(scene, i, material);
+            last = material;
+        }
     }
 }
 

@@ -75,6 +75,12 @@ uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_
 // Decodes one record; fields that it does not hold are 0.
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out);
 
+// Only the kind of a record.
+static inline uint32_t co_ray_kind(const uint32_t *words)
+{
+    return words[4] >> 30;
+}
+
 // Only the direction of a record.
 CoVec3 co_ray_decode_direction(const uint32_t *words);
 
