@@ -12,6 +12,10 @@
 #define CO_STRINGIFY(x) CO_STRINGIFY_(x)
 #define CO_HERE __FILE__ ":" CO_STRINGIFY(__LINE__)
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 // Records a failure in *err unless it already holds one; err may be NULL. Always returns false, so
 // that `return co_error_set(...)` reads as what it does.
 bool co_error_set(CohortError *err, const char *where, CohortErrorCode code, const char *format,
@@ -20,6 +24,10 @@ bool co_error_set(CohortError *err, const char *where, CohortErrorCode code, con
 // Adds the place in the input to a failure just recorded; NULL or 0 leaves a part as it is.
 void co_error_place(CohortError *err, const char *file, uint32_t line, uint32_t column,
                     const char *prim_path);
+
+#ifdef __cplusplus
+}
+#endif
 
 #define CO_FAIL(err, code, ...) co_error_set((err), CO_HERE, (code), __VA_ARGS__)
 
