@@ -19,28 +19,28 @@ typedef enum CoRayKind {
 
 // Bits of CoRay.flags; the record keeps 7 of them (the eighth is an exponent bit of the weight).
 enum {
-    CO_RAY_FROM_SPLIT = 1,  // left the vertex where the path split (sample counts n differ there)
-    CO_RAY_HAS_SPLIT = 2,   // the path has passed its split vertex (this or an earlier one)
-    CO_RAY_DELTA = 4,       // left a delta lobe: no light sample competes
-    CO_RAY_PASSED = 8,      // has passed through a cut-out; t_min counts
+    CO_RAY_FROM_SPLIT = 1, // left the vertex where the path split (sample counts n differ there)
+    CO_RAY_HAS_SPLIT = 2,  // the path has passed its split vertex (this or an earlier one)
+    CO_RAY_DELTA = 4,      // left a delta lobe: no light sample competes
+    CO_RAY_PASSED = 8,     // has passed through a cut-out; t_min counts
     CO_RAY_NORMAL_VALID = 16
 };
 
 // One ray, decoded. Every consumer works on decoded values only.
 typedef struct CoRay {
-    CoVec3 org;     // render frame
-    CoVec3 dir;     // unit to 1.1e-7
-    float tnear;    // 0 unless the ray has passed a cut-out
-    CoVec3 weight;  // path throughput; for light rays times f cos / pdf and the MIS weight
-    float pdf;      // BSDF ray: solid-angle pdf; INFINITY = delta; 0 = no light sample was taken
-    CoVec3 normal;  // BSDF ray: normal of the vertex it left, quantised
-    uint32_t emitter;      // light ray: which
-    uint32_t path;         // sample in round * pixels + pixel
-    uint32_t kind, depth;  // CoRayKind; segment number, the camera's is 1
-    uint32_t branch;       // which BSDF ray of the split this path follows
-    float width, spread;   // footprint: width at the origin (scene units), growth per unit length
+    CoVec3 org;       // render frame
+    CoVec3 dir;       // unit to 1.1e-7
+    float tnear;      // 0 unless the ray has passed a cut-out
+    CoVec3 weight;    // path throughput; for light rays times f cos / pdf and the MIS weight
+    float pdf;        // BSDF ray: solid-angle pdf; INFINITY = delta; 0 = no light sample was taken
+    CoVec3 normal;    // BSDF ray: normal of the vertex it left, quantised
+    uint32_t emitter; // light ray: which
+    uint32_t path;    // sample in round * pixels + pixel
+    uint32_t kind, depth; // CoRayKind; segment number, the camera's is 1
+    uint32_t branch;      // which BSDF ray of the split this path follows
+    float width, spread;  // footprint: width at the origin (scene units), growth per unit length
     uint32_t flags;
-    uint32_t extra;        // index into the scene's interned table (optional word)
+    uint32_t extra; // index into the scene's interned table (optional word)
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
@@ -104,15 +104,15 @@ static inline uint32_t co_ray_bin(CoVec3 d)
 // Field arrays of an active batch, in sort order: X(type, name). All 64-byte aligned, padded to 64.
 // tfar: where the ray ends (camera: far clip; light: its emitter; else infinity).
 // record: index of the record in the batch, so that the rest can be decoded when needed.
-#define CO_RAY_FIELDS(X)                                                                           \
-    X(float, org_x)                                                                                \
-    X(float, org_y)                                                                                \
-    X(float, org_z)                                                                                \
-    X(float, dir_x)                                                                                \
-    X(float, dir_y)                                                                                \
-    X(float, dir_z)                                                                                \
-    X(float, tnear)                                                                                \
-    X(float, tfar)                                                                                 \
+#define CO_RAY_FIELDS(X) \
+    X(float, org_x) \
+    X(float, org_y) \
+    X(float, org_z) \
+    X(float, dir_x) \
+    X(float, dir_y) \
+    X(float, dir_z) \
+    X(float, tnear) \
+    X(float, tfar) \
     X(uint32_t, record)
 
 typedef struct CoRayBatch {
@@ -122,12 +122,13 @@ typedef struct CoRayBatch {
     size_t count, capacity;
 } CoRayBatch;
 
-// Hits of a batch, same order as the rays. t = INFINITY: no hit (or, for occlusion rays, not blocked).
-#define CO_HIT_FIELDS(X)                                                                           \
-    X(float, t)                                                                                    \
-    X(float, u)                                                                                    \
-    X(float, v)                                                                                    \
-    X(uint32_t, instance) /* instance path id, see accel/accel.h */                                \
+// Hits of a batch, same order as the rays. t = INFINITY: no hit (or, for occlusion rays, not
+// blocked).
+#define CO_HIT_FIELDS(X) \
+    X(float, t) \
+    X(float, u) \
+    X(float, v) \
+    X(uint32_t, instance) /* instance path id, see accel/accel.h */ \
     X(uint32_t, tri)      /* triangle of the mesh, in face order */
 
 typedef struct CoHitBatch {

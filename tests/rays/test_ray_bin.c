@@ -1,0 +1,301 @@
+// Ray bins: every record comes out exactly once, whatever the threads do; order, reuse, failures.
+
+#include "base/hash.h"
+#include "base/memory.h"
+#include "base/parallel.h"
+#include "rays/ray_bin.h"
+
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include <cmocka.h>
+
+typedef struct Push {
+    CoRayBins *bins;
+    uint32_t stride;
+    uint32_t base; // number of the first record
+} Push;
+
+// Record number n: every word follows from it.
+static void fill_record(uint32_t *words, uint32_t stride, uint32_t n)
+{
+    words[0] = n;
+    for (uint32_t i = 1; i < stride; i++)
+        words[i] = co_hash32(n + i);
+}
+
+static uint32_t bin_of(uint32_t n)
+{
+    return co_hash32(n) % 8 < 3 ? 0 : co_hash32(n) % 6; // one bin fills faster
+}
+
+static void push_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Push *push = context;
+    uint32_t words[CO_RAY_WORDS_MAX];
+    for (size_t i = begin; i < end; i++) {
+        uint32_t n = push->base + (uint32_t)i;
+        fill_record(words, push->stride, n);
+        co_ray_bins_push(push->bins, worker, words, bin_of(n));
+    }
+}
+
+// Checks the records of a batch and ticks them off.
+static void tick_off(const CoRayRecords *records, uint8_t *seen, size_t total)
+{
+    for (size_t i = 0; i < records->count; i++) {
+        const uint32_t *words = records->words + i * records->stride;
+        uint32_t expected[CO_RAY_WORDS_MAX], n = words[0];
+        assert_true(n < total);
+        fill_record(expected, records->stride, n);
+        assert_memory_equal(words, expected, records->stride * sizeof(uint32_t));
+        assert_true(records->bin == CO_RAY_BIN_MIXED || records->bin == bin_of(n));
+        assert_int_equal(seen[n], 0);
+        seen[n] = 1;
+    }
+}
+
+static void take_all(CoRayBins *bins, uint8_t *seen, size_t total, size_t capacity)
+{
+    CohortError err = {0};
+    CoRayRecords records;
+    for (;;) {
+        assert_true(co_ray_bins_pop(bins, &records, &err));
+        if (records.count == 0)
+            break;
+        assert_int_equal(records.count, capacity);
+        tick_off(&records, seen, total);
+        co_ray_bins_recycle(bins, &records);
+    }
+    for (;;) {
+        assert_true(co_ray_bins_drain(bins, &records, &err));
+        if (records.count == 0)
+            break;
+        tick_off(&records, seen, total);
+        co_ray_bins_recycle(bins, &records);
+    }
+    for (size_t i = 0; i < total; i++)
+        assert_int_equal(seen[i], 1);
+}
+
+static void no_record_is_lost_or_doubled(void **state)
+{
+    (void)state;
+    const size_t total = 300000, capacities[] = {256, 257, 1000, 20000, 1 << 20};
+    uint8_t *seen = malloc(total);
+    for (uint32_t threads = 1; threads <= 8; threads += threads == 1 ? 2 : 5)
+        for (int c = 0; c < 5; c++) {
+            memset(seen, 0, total);
+            co_worker_count_set(threads);
+            uint32_t stride = CO_RAY_WORDS + (uint32_t)c % 3;
+            CoRayBins *bins = co_ray_bins_create(capacities[c], stride, threads, NULL, NULL);
+            assert_non_null(bins);
+            Push push = {bins, stride, 0};
+            co_parallel_for(total, 500, push_range, &push);
+            assert_true(co_ray_bins_flush(bins, NULL));
+            take_all(bins, seen, total, capacities[c]);
+            CoRayBinStats stats;
+            co_ray_bins_stats(bins, &stats);
+            uint64_t committed = 0;
+            for (int b = 0; b < 6; b++)
+                committed += stats.committed[b];
+            assert_int_equal(committed, total);
+            assert_int_equal(stats.bytes_written, total * stride * 4);
+            co_ray_bins_destroy(bins);
+        }
+    free(seen);
+    co_worker_count_set(0);
+    assert_int_equal(co_memory_live(CO_MEMORY_RAYS), 0);
+}
+
+static void push_serial(CoRayBins *bins, uint32_t first, uint32_t count, uint32_t bin)
+{
+    uint32_t words[CO_RAY_WORDS_MAX];
+    for (uint32_t n = first; n < first + count; n++) {
+        fill_record(words, CO_RAY_WORDS, n);
+        co_ray_bins_push(bins, 0, words, bin);
+    }
+}
+
+static void newest_batch_first_and_files_are_reused(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayRecords first, second, none;
+    push_serial(bins, 0, 256, 3);
+    push_serial(bins, 256, 256, 1);
+    push_serial(bins, 512, 256, 3);
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_int_equal(co_ray_bins_ready(bins), 3);
+    assert_int_equal(co_ray_bins_left(bins), 0);
+    assert_true(co_ray_bins_pop(bins, &first, &err));
+    assert_int_equal(first.words[0], 512);
+    assert_int_equal(first.bin, 3);
+    assert_true(co_ray_bins_pop(bins, &second, &err));
+    assert_int_equal(second.words[0], 256);
+    co_ray_bins_recycle(bins, &second);
+    push_serial(bins, 768, 256, 5); // while a batch is in work
+    assert_int_equal(first.words[0], 512);
+    co_ray_bins_recycle(bins, &first);
+    for (uint32_t round = 0; round < 20; round++) {
+        push_serial(bins, 1000, 256, 2);
+        assert_true(co_ray_bins_pop(bins, &first, &err));
+        assert_int_equal(first.words[0], 1000);
+        co_ray_bins_recycle(bins, &first);
+    }
+    CoRayBinStats stats;
+    co_ray_bins_stats(bins, &stats);
+    assert_int_equal(stats.files, 3);
+    assert_int_equal(stats.ready_depth_peak, 3);
+    assert_int_equal(stats.batches[2], 20);
+    assert_true(co_ray_bins_pop(bins, &first, &err) && first.words[0] == 768);
+    assert_true(co_ray_bins_pop(bins, &second, &err) && second.words[0] == 0);
+    assert_true(co_ray_bins_pop(bins, &none, &err) && none.count == 0);
+    co_ray_bins_destroy(bins); // with batches still out
+}
+
+static void leftovers_are_drained_together(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayRecords records;
+    for (uint32_t b = 0; b < 6; b++)
+        push_serial(bins, b * 40, 40, b);
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_int_equal(co_ray_bins_left(bins), 240);
+    assert_true(co_ray_bins_drain(bins, &records, &err));
+    assert_int_equal(records.count, 240);
+    assert_null(records.file);
+    for (uint32_t i = 0; i < 240; i++)
+        assert_int_equal(records.words[i * CO_RAY_WORDS], i);
+    push_serial(bins, 1000, 100, 0); // more than a batch over all bins: the fullest goes first
+    push_serial(bins, 2000, 150, 4);
+    push_serial(bins, 3000, 120, 5);
+    assert_int_equal(records.words[0], 0); // the drained batch is still in work
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_true(co_ray_bins_drain(bins, &records, &err));
+    assert_int_equal(records.count, 150);
+    assert_int_equal(records.words[0], 2000);
+    co_ray_bins_recycle(bins, &records);
+    assert_true(co_ray_bins_drain(bins, &records, &err));
+    assert_int_equal(records.count, 220);
+    assert_true(co_ray_bins_drain(bins, &records, &err));
+    assert_int_equal(records.count, 0);
+    co_ray_bins_destroy(bins);
+}
+
+static void reset_forgets_the_round(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayRecords records;
+    push_serial(bins, 0, 1000, 0);
+    push_serial(bins, 1000, 10, 1);
+    co_ray_bins_reset(bins);
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_int_equal(co_ray_bins_ready(bins) + co_ray_bins_left(bins), 0);
+    push_serial(bins, 5000, 300, 2);
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_true(co_ray_bins_pop(bins, &records, &err));
+    assert_int_equal(records.words[0], 5000);
+    assert_int_equal(co_ray_bins_left(bins), 44);
+    co_ray_bins_destroy(bins);
+}
+
+static void a_folder_that_cannot_be_used_is_an_error(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, "/nonexistent/folder", &err);
+    assert_non_null(bins);
+    push_serial(bins, 0, 100, 0);
+    assert_false(co_ray_bins_flush(bins, &err));
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    assert_non_null(strstr(err.message, "/nonexistent/folder"));
+    co_ray_bins_destroy(bins);
+    assert_null(co_ray_bins_create(255, CO_RAY_WORDS, 1, NULL, NULL));
+    assert_null(co_ray_bins_create(256, CO_RAY_WORDS_MAX + 1, 1, NULL, NULL));
+    assert_null(co_ray_bins_create(((size_t)1 << 26) + 1, CO_RAY_WORDS, 1, NULL, NULL));
+}
+
+static void limit_file_size(rlim_t bytes)
+{
+    struct rlimit limit;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &limit), 0);
+    limit.rlim_cur = bytes;
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+}
+
+// The limit on file sizes stands in for a disk that is full: same calls, same kind of failure.
+static void a_full_disk_is_an_error_and_a_reset_gets_over_it(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayRecords records;
+    signal(SIGXFSZ, SIG_IGN);
+    limit_file_size(4096);
+    push_serial(bins, 0, 256, 0); // the file can't be made
+    assert_false(co_ray_bins_flush(bins, &err));
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    limit_file_size(RLIM_INFINITY);
+    co_ray_bins_reset(bins);
+    push_serial(bins, 0, 16, 0);
+    limit_file_size(1000);
+    push_serial(bins, 16, 200, 0); // a write ends short, the next one fails
+    err = (CohortError){0};
+    assert_false(co_ray_bins_flush(bins, &err));
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    assert_non_null(strstr(err.message, "write"));
+    limit_file_size(RLIM_INFINITY);
+    co_ray_bins_reset(bins);
+    err = (CohortError){0};
+    push_serial(bins, 0, 256, 0);
+    assert_true(co_ray_bins_flush(bins, &err));
+    assert_true(co_ray_bins_pop(bins, &records, &err) && records.count == 256);
+    co_ray_bins_destroy(bins);
+}
+
+static void memory_failures_are_errors(void **state)
+{
+    (void)state;
+    for (uint64_t n = 1; n <= 7; n++) {
+        CohortError err = {0};
+        CoRayRecords records = {.count = 0};
+        co_memory_fail_after(n);
+        CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 2, NULL, &err);
+        bool is_good = bins != NULL;
+        if (bins) {
+            push_serial(bins, 0, 20, 0);
+            is_good = co_ray_bins_flush(bins, &err) && co_ray_bins_drain(bins, &records, &err);
+        }
+        co_memory_fail_after(0);
+        assert_false(is_good);
+        assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+        co_ray_bins_destroy(bins);
+        assert_int_equal(co_memory_live(CO_MEMORY_RAYS), 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(no_record_is_lost_or_doubled),
+        cmocka_unit_test(newest_batch_first_and_files_are_reused),
+        cmocka_unit_test(leftovers_are_drained_together),
+        cmocka_unit_test(reset_forgets_the_round),
+        cmocka_unit_test(a_folder_that_cannot_be_used_is_an_error),
+        cmocka_unit_test(a_full_disk_is_an_error_and_a_reset_gets_over_it),
+        cmocka_unit_test(memory_failures_are_errors),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
