@@ -17,13 +17,24 @@ typedef struct CoLightImage {
     uint32_t width, height;
 } CoLightImage;
 
-// descs in the order of light ids; `frame` = world to render frame translation (render = world -
+// descs in the order of light ids, images beside them (NULL: none); `frame` = world to render frame translation (render = world -
 // frame); rgb_to_rendering: 3x3 row-major Rec.709 -> rendering space for color temperature.
-// scene_radius: of the scene's box in the render frame, for distant and dome power estimates.
+// scene_radius: of the scene's box in the render frame; selection, which works in irradiance at the
+// point, does not need it. NULL when out of memory.
+//
+// Radiance follows UsdLux: intensity * 2^exposure / sizeFactor * color * temperature * texture *
+// shaping. Rect and disk emit to one side, along -Z; spheres to both, of which a ray meets the near one
+// from outside, the far one from inside. Sizes are those of the transformed shape: a disk may become an
+// ellipse, a rect a parallelogram, a sphere an ellipsoid. Shaping concerns rect, disk and sphere. A
+// dome's transform counts by its rotation alone.
 CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *images, uint32_t count,
                            const double frame[3], const float rgb_to_rendering[9],
                            float scene_radius, CohortError *err);
 void co_lights_destroy(CoLights *lights);
+
+// Why a light will contribute nothing, or other than authored, as a sentence without a subject; NULL
+// when all is well. For the one who reports: co_lights_create is silent about it.
+const char *co_light_problem(const CohortLightDesc *desc);
 
 uint32_t co_lights_count(const CoLights *lights); // those that can contribute
 // Brightest radiance any light can show, for the film's unit; irradiance for delta distant lights.
@@ -42,6 +53,8 @@ bool co_light_sample(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, flo
 
 // Solid-angle pdf with which co_light_sample makes direction wi by this emitter, selection included
 // (the probability, for delta lights). The one function for both sides of multiple importance sampling.
+// wi must meet the emitter, or have been aimed at it: that is not tested again, since a small light's
+// own samples may miss it by rounding.
 float co_light_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, uint32_t emitter, CoVec3 wi);
 
 // Where a ray aimed at `emitter` ends: the distance to it (INFINITY for dome and distant), by
@@ -54,8 +67,9 @@ float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t 
 // lights only when tfar is infinite.
 typedef struct CoLightHit {
     uint32_t emitter;
-    float t;
-    CoVec3 radiance;
+    float t;         // INFINITY: dome, distant
+    CoVec3 radiance; // without the diffuse multiplier
+    float diffuse;   // the light's diffuse multiplier: for all rays but the camera's
 } CoLightHit;
 typedef void CoLightHitFn(void *context, const CoLightHit *hit);
 void co_light_collect(const CoLights *lights, CoVec3 org, CoVec3 dir, float tnear, float tfar,

@@ -1,0 +1,103 @@
+// Rectangles: uniform in solid angle (Urena, Fajardo, King 2013, "An Area-Preserving Parametrization
+// for Spherical Rectangles") where they look large, uniform in area where they look small or are
+// sheared.
+
+#include "light/light_internal.h"
+#include "math/elementary.h"
+
+typedef struct SphericalRect {
+    CoVec3 x, y, z;        // axes, z away from the rect
+    double x0, x1, y0, y1; // edges; the plane is at z = z0 < 0
+    double z0;
+    double n0z, n2z; // z of the normals of the planes through org and the edges y0, y1
+    double k, solid_angle;
+} SphericalRect;
+
+static double acos_d(double c)
+{
+    c = c < -1.0 ? -1.0 : c > 1.0 ? 1.0 : c;
+    return co_atan2_d(sqrt((1.0 - c) * (1.0 + c)), c);
+}
+
+static void spherical_rect(const CoLight *light, CoVec3 org, SphericalRect *r)
+{
+    CoVec3 d = co_sub(light->center, org);
+    double half_x = (double)co_length(light->ex), half_y = (double)co_length(light->ey);
+    r->x = co_normalize(light->ex);
+    r->y = co_normalize(light->ey);
+    // The light's own normal points at org, that is, away from the rect.
+    r->z = light->normal;
+    double cx = (double)co_dot(d, r->x), cy = (double)co_dot(d, r->y);
+    r->z0 = (double)co_dot(d, r->z);
+    r->x0 = cx - half_x;
+    r->x1 = cx + half_x;
+    r->y0 = cy - half_y;
+    r->y1 = cy + half_y;
+    double zz = r->z0 * r->z0;
+    r->n0z = -r->y0 / sqrt(zz + r->y0 * r->y0);
+    double n1z = r->x1 / sqrt(zz + r->x1 * r->x1);
+    r->n2z = r->y1 / sqrt(zz + r->y1 * r->y1);
+    double n3z = -r->x0 / sqrt(zz + r->x0 * r->x0);
+    // The inner angles at the four corners; their sum less 2 pi is the solid angle.
+    double g0 = acos_d(-r->n0z * n1z), g1 = acos_d(-n1z * r->n2z);
+    double g2 = acos_d(-r->n2z * n3z), g3 = acos_d(-n3z * r->n0z);
+    r->k = 2.0 * CO_PI_D - g2 - g3;
+    r->solid_angle = g0 + g1 - r->k;
+}
+
+// The same question on both sides: it depends on nothing but the light and org. Below this size the
+// two densities are alike, and four inverse cosines are saved.
+static bool looks_large(const CoLight *light, CoVec3 org)
+{
+    if (!light->is_right_angled)
+        return false;
+    CoVec3 d = co_sub(light->center, org);
+    float d2 = co_dot(d, d);
+    return light->area > 0.03f * d2 && co_light_plane_height(light, org) > 1e-5f * light->bound;
+}
+
+static CoVec3 sample_spherical(const SphericalRect *r, double u0, double u1)
+{
+    double sine, cosine;
+    co_sincos_d(u0 * r->solid_angle + r->k, &sine, &cosine);
+    double fu = (cosine * r->n0z - r->n2z) / sine;
+    double cu = 1.0 / sqrt(fu * fu + r->n0z * r->n0z);
+    cu = fmin(fu > 0.0 ? cu : -cu, 1.0);
+    double xu = -(cu * r->z0) / sqrt(fmax(1.0 - cu * cu, 1e-30));
+    xu = xu < r->x0 ? r->x0 : xu > r->x1 ? r->x1 : xu;
+    double d2 = xu * xu + r->z0 * r->z0, d = sqrt(d2);
+    double h0 = r->y0 / sqrt(d2 + r->y0 * r->y0), h1 = r->y1 / sqrt(d2 + r->y1 * r->y1);
+    double hv = h0 + u1 * (h1 - h0), rest = 1.0 - hv * hv;
+    double yv = rest > 1e-15 ? hv * d / sqrt(rest) : r->y1;
+    yv = yv < r->y0 ? r->y0 : yv > r->y1 ? r->y1 : yv;
+    CoVec3 p = co_scale(r->x, (float)xu);
+    p = co_madd(p, r->y, (float)yv);
+    return co_madd(p, r->z, (float)r->z0);
+}
+
+bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi)
+{
+    if (!(co_light_plane_height(light, org) > 0.0f))
+        return false;
+    CoVec3 to;
+    SphericalRect r;
+    if (looks_large(light, org)) {
+        spherical_rect(light, org, &r);
+        to = sample_spherical(&r, (double)u0, (double)u1);
+    } else {
+        to = co_sub(light->center, org);
+        to = co_madd(to, light->ex, 2.0f * u0 - 1.0f);
+        to = co_madd(to, light->ey, 2.0f * u1 - 1.0f);
+    }
+    *wi = co_normalize(to);
+    return co_dot(*wi, light->normal) < 0.0f;
+}
+
+float co_rect_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi)
+{
+    if (!looks_large(light, org))
+        return co_light_plane_pdf(light, org, wi);
+    SphericalRect r;
+    spherical_rect(light, org, &r);
+    return r.solid_angle > 0.0 ? (float)(1.0 / r.solid_angle) : 0.0f;
+}
