@@ -1,7 +1,7 @@
 // A layer: specs and fields as plain data, exactly what one file says and nothing composed.
 //
-// Everything hangs off one arena and is freed by one call. Tokens, paths and strings are interned per
-// process (co_token), so equal text means equal pointer.
+// Everything hangs off one arena and is freed by one call. Tokens, paths and strings are interned
+// per process (co_token), so equal text means equal pointer.
 
 #ifndef CO_PARSE_LAYER_H
 #define CO_PARSE_LAYER_H
@@ -61,18 +61,109 @@ typedef struct CoTimeSamples {
     size_t count;
 } CoTimeSamples;
 
+// Knots of an attribute's curve over time.
+typedef enum CoSplineInterp {
+    CO_SPLINE_INTERP_NONE = 0, // a value block up to the next knot
+    CO_SPLINE_INTERP_HELD,
+    CO_SPLINE_INTERP_LINEAR,
+    CO_SPLINE_INTERP_CURVE
+} CoSplineInterp;
+
+typedef struct CoSplineTangent {
+    bool is_set, has_width;
+    const char *algorithm; // "custom", "autoEase" or "" (not said)
+    double width, slope;
+} CoSplineTangent;
+
+typedef struct CoSplineKnot {
+    double time, value, pre_value;
+    bool has_pre_value;
+    bool has_interp; // else the interpolation of the knot before
+    CoSplineInterp interp;
+    CoSplineTangent pre, post;
+    CoDict *custom_data; // or NULL
+} CoSplineKnot;
+
+typedef struct CoSplineExtrapolation {
+    const char *
+        mode; // "", "none", "held", "linear", "sloped", "loop repeat", "... reset", "... oscillate"
+    double slope;
+} CoSplineExtrapolation;
+
+typedef struct CoSpline {
+    const char *curve; // "bezier" (also when not said, then "") or "hermite"
+    CoSplineExtrapolation pre, post;
+    bool has_loop;
+    double loop[5];      // prototype start and end, loops before and after, value offset
+    CoSplineKnot *knots; // ascending in time
+    size_t count;
+} CoSpline;
+
+// What is done to a weaker opinion's array. Indices below zero count from its end.
+typedef enum CoArrayEditKind {
+    CO_EDIT_WRITE = 0,
+    CO_EDIT_INSERT,
+    CO_EDIT_PREPEND,
+    CO_EDIT_APPEND,
+    CO_EDIT_ERASE,
+    CO_EDIT_MINSIZE,
+    CO_EDIT_MAXSIZE,
+    CO_EDIT_RESIZE
+} CoArrayEditKind;
+
+typedef struct CoArrayEditItem {
+    CoArrayEditKind kind;
+    CoValue *literal;   // what is written, or the fill of a size; NULL: `source`, or no fill
+    int64_t source;     // index of the element copied
+    int64_t at_or_size; // index written to, inserted at or erased; the size
+} CoArrayEditItem;
+
+typedef struct CoArrayEdit {
+    CoArrayEditItem *items;
+    size_t count;
+} CoArrayEdit;
+
+typedef struct CoRelocate {
+    const char *source, *target; // absolute paths; "" as target removes the source
+} CoRelocate;
+
 // One value. Arrays are packed elements at `data`; scalars too (count 1). Blocks (None) have
 // type COHORT_TYPE_BLOCK.
 struct CoValue {
     CohortType type;
     bool is_array;
     size_t count;     // elements
-    const void *data; // elements of co_type_size(type) bytes; or CoListOp, CoDict, CoTimeSamples, ...
+    const void *data; // elements of co_type_size(type) bytes, or what stands below
 };
 
-// Bytes of one element: 12 for float3, sizeof(CohortString) for strings, tokens and asset paths, ...
+// What `data` points to for the types that only fields hold:
+//   DICTIONARY, VARIANT_SELECTION        CoDict (a selection's values are STRING)
+//   TIME_SAMPLES, SPLINE, ARRAY_EDIT     CoTimeSamples, CoSpline, CoArrayEdit
+//   *_LIST_OP                            CoListOp
+//   SUBLAYERS                            CoArc[count]: asset, offset, scale
+//   RELOCATES                            CoRelocate[count]
+//   OPAQUE                               CohortString: the text of a value that Cohort does not
+//   know,
+//                                        as it stands in the file; with is_array a CoListOp of
+//                                        those
+// BLOCK and ANIMATION_BLOCK have no data.
+//
+// Field names are those of the reference, whatever the text calls them:
+//   layer      subLayers, defaultPrim, relocates, customLayerData, documentation, comment,
+//              expressionVariables, primOrder (token[]), startTimeCode (double), ...
+//   prim       references, payload, inheritPaths, specializes, apiSchemas, variantSetNames
+//              (STRING_LIST_OP), variantSelection, kind, active, instanceable, hidden, customData,
+//              assetInfo, clips, documentation, comment, permission (token), symmetryFunction,
+//              primOrder and propertyOrder (token[]), ...
+//   attribute  default, timeSamples, spline, connectionPaths (PATH_LIST_OP), colorSpace, ...
+//   relation   targetPaths (PATH_LIST_OP), default (string: a path), ...
+// All paths are absolute: relative ones are resolved against the prim they stand in, and variant
+// selections of that prim are left out.
+
+// Bytes of one element: 12 for float3, sizeof(CohortString) for strings, tokens and asset paths,
+// ...
 size_t co_type_size(CohortType type);
-const char *co_type_name(CohortType type);                 // "float3"; arrays add "[]"
+const char *co_type_name(CohortType type); // "float3"; arrays add "[]"
 bool co_type_from_name(const char *name, size_t length, CohortType *out, bool *is_array);
 
 typedef struct CoField {
@@ -91,13 +182,14 @@ typedef enum CoSpecKind {
 } CoSpecKind;
 
 typedef struct CoSpec CoSpec;
+typedef struct CoNameIndex CoNameIndex;
 struct CoSpec {
     CoSpecKind kind;
     const char *name; // token; of a variant its name, of a variant set its name
     CoSpec *parent;
     uint32_t line;
-    CohortSpecifier specifier; // prims
-    const char *type_name;     // token: prim type ("" none) or attribute type ("float3[]")
+    CohortSpecifier specifier;  // prims
+    const char *type_name;      // token: prim type ("" none) or attribute type ("float3[]")
     bool is_custom, is_uniform; // properties
     CoField *fields;
     size_t field_count;
@@ -107,6 +199,7 @@ struct CoSpec {
     size_t property_count;
     CoSpec **variant_sets; // each with variants as its children
     size_t variant_set_count;
+    CoNameIndex *child_index, *property_index; // of long lists, for co_spec_child and _property
 };
 
 typedef struct CoLayer {

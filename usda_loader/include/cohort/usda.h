@@ -99,6 +99,7 @@ typedef enum CohortType {
     COHORT_TYPE_SPLINE,
     COHORT_TYPE_ARRAY_EDIT,
     COHORT_TYPE_ANIMATION_BLOCK,
+    COHORT_TYPE_DURATION, // double; an ordinary type, last so that numbers stay
     COHORT_TYPE_COUNT
 } CohortType;
 

@@ -1,0 +1,183 @@
+// From a file or text to a layer.
+
+#include "base/error.h"
+#include "base/mapped_file.h"
+#include "parse/parser.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+static uint64_t limit(uint64_t asked, uint64_t normal)
+{
+    return asked ? asked : normal;
+}
+
+// "#usda 1.x" and whatever else the line holds.
+static bool parse_header(CoParser *p)
+{
+    static const char magic[] = "#usda ";
+    CoScan *scan = &p->scan;
+    size_t size = (size_t)(scan->end - scan->begin), length = sizeof magic - 1;
+    if (size < length || memcmp(scan->begin, magic, length) != 0)
+        return co_parse_expected(p, "'#usda 1.0' as the first line of a layer");
+    scan->at += length;
+    const char *version = scan->at;
+    const char *stop = memchr(scan->at, '\n', size - length);
+    scan->at = stop ? stop + 1 : scan->end;
+    bool known = (size_t)(scan->at - version) >= 3 && version[0] == '1' && version[1] == '.' &&
+                 version[2] >= '0' && version[2] <= '4' &&
+                 !(scan->at - version > 3 && version[3] >= '0' && version[3] <= '9');
+    if (known && !stop && memchr(version, '\r', (size_t)(scan->end - version)))
+        return co_parse_fail(p, version, "found line ends of CR only, expected LF or CR LF");
+    if (known)
+        return true;
+    scan->at = version;
+    return co_parse_expected(p, "a version from 1.0 to 1.4");
+}
+
+static bool end_root_item(CoParser *p, bool semicolon)
+{
+    co_scan_line(&p->scan);
+    int c = co_scan_peek(&p->scan);
+    if (c < 0)
+        return true;
+    if (c != '\n' && c != '\r' && !(semicolon && c == ';'))
+        return co_parse_expected(p, "a line end");
+    p->scan.at++;
+    return true;
+}
+
+static bool parse_root_item(CoParser *p, CoSpec *root)
+{
+    CoScan ahead = p->scan;
+    bool found;
+    if (co_scan_word(&ahead, "reorder") && co_scan_gap(&ahead) &&
+        co_scan_word(&ahead, "rootPrims")) {
+        p->scan.at = ahead.at;
+        return co_parse_names(p, root, "primOrder") && end_root_item(p, true);
+    }
+    if (!co_parse_prim(p, root, &found))
+        return false;
+    if (!found)
+        return co_parse_expected(p, "def, over, class or the end of the file");
+    return end_root_item(p, false);
+}
+
+static void parse_layer(CoParser *p)
+{
+    if (!parse_header(p))
+        return;
+    CoSpec *root = p->layer->root;
+    co_scan_space(&p->scan);
+    if (co_scan_peek(&p->scan) == '(')
+        co_parse_metadata(p, root);
+    co_scan_space(&p->scan);
+    while (!p->stopped && p->scan.at < p->scan.end) {
+        const char *before = p->scan.at;
+        if (!parse_root_item(p, root)) {
+            if (p->stopped)
+                return;
+            co_parse_recover(p);
+            p->scan.at += p->scan.at < p->scan.end && (p->scan.at == before || *p->scan.at != '\n');
+        }
+        co_scan_space(&p->scan);
+    }
+}
+
+static bool begin(CoParser *p, const char *path, CohortError *err)
+{
+    CoLayer *layer = co_alloc_zero(CO_MEMORY_USDA, sizeof *layer);
+    CO_CHECK_MEMORY(layer, err);
+    p->layer = layer;
+    layer->arena = (CoArena){.tag = CO_MEMORY_USDA};
+    layer->path = co_token(path, strlen(path));
+    p->prim_path_capacity = 64;
+    p->prim_path = co_alloc(CO_MEMORY_USDA, p->prim_path_capacity);
+    const char *root_name = co_token("/", 1);
+    CO_CHECK_MEMORY(layer->path && p->prim_path && root_name ? p : NULL, err);
+    memcpy(p->prim_path, "/", 2);
+    p->prim_path_length = 1;
+    layer->root = co_parse_spec(p, NULL, CO_SPEC_LAYER, root_name, p->scan.begin);
+    return layer->root != NULL;
+}
+
+CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
+                        const CohortStageOptions *options, CohortDiagnosticFn *report, void *cookie,
+                        CohortError *err)
+{
+    static const CohortStageOptions defaults = {0};
+    const CohortStageOptions *o = options ? options : &defaults;
+    uint64_t max_bytes = limit(o->max_bytes, UINT64_C(16) << 30);
+    if (size > max_bytes) {
+        CO_FAIL(err, COHORT_ERROR_LIMIT, "%s holds %zu bytes, more than the limit of %llu", path,
+                size, (unsigned long long)max_bytes);
+        co_error_place(err, path, 0, 0, NULL);
+        return NULL;
+    }
+    CoParser parser = {
+        .max_depth = limit(o->max_depth, 512),
+        .max_array_length = limit(o->max_array_length, UINT64_C(1) << 31),
+        .max_prims = limit(o->max_prims, 100000000),
+        .report = report,
+        .cookie = cookie,
+        .err = err,
+    };
+    co_scan_init(&parser.scan, size ? text : "", size);
+    bool begun = begin(&parser, path, err);
+    if (begun)
+        parse_layer(&parser);
+    CoLayer *layer = parser.layer;
+    if (layer)
+        layer->byte_count = size;
+    co_free(CO_MEMORY_USDA, parser.prim_path, parser.prim_path_capacity);
+    co_free(CO_MEMORY_USDA, parser.scratch, parser.scratch_size);
+    if (!begun || parser.error_count || parser.stopped) {
+        co_layer_destroy(layer);
+        return NULL;
+    }
+    return layer;
+}
+
+static bool refuse_binary(const CoMappedFile *file, const char *path, CohortError *err)
+{
+    const char *what = NULL;
+    if (file->size >= 8 && memcmp(file->data, "PXR-USDC", 8) == 0)
+        what = "a binary crate (.usdc)";
+    else if (file->size >= 4 && memcmp(file->data, "PK\3\4", 4) == 0)
+        what = "a zip package (.usdz)";
+    if (!what)
+        return true;
+    CO_FAIL(err, COHORT_ERROR_USD_BINARY,
+            "found %s, expected text; convert it with `usdcat -o name.usda`", what);
+    co_error_place(err, path, 1, 1, NULL);
+    return false;
+}
+
+CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
+                       CohortDiagnosticFn *report, void *cookie, CohortError *err)
+{
+    CohortError local = {0};
+    CohortError *out = err ? err : &local;
+    CoMappedFile file;
+    char *resolved = realpath(path, NULL);
+    const char *name = resolved ? resolved : path;
+    CoLayer *layer = NULL;
+    if (co_mapped_file_open(name, &file, out)) {
+        if (refuse_binary(&file, name, out))
+            layer = co_layer_parse(name, file.data, file.size, options, report, cookie, out);
+        co_mapped_file_close(&file);
+    }
+    if (!layer && report && (out->code == COHORT_ERROR_USD_BINARY || !out->line))
+        report(cookie, COHORT_SEVERITY_ERROR, name, out->line, out->column, "", out->message);
+    free(resolved);
+    return layer;
+}
+
+void co_layer_destroy(CoLayer *layer)
+{
+    if (!layer)
+        return;
+    co_arena_clear(&layer->arena);
+    co_free(CO_MEMORY_USDA, layer, sizeof *layer);
+}

@@ -1,0 +1,279 @@
+#include "parse/parser.h"
+
+#include "base/error.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+// Errors reported for one layer before the rest is left alone.
+enum {
+    MAX_ERRORS = 100
+};
+
+static void report(CoParser *p, const char *at, CohortErrorCode code, const char *text)
+{
+    uint32_t line, column;
+    co_scan_place(&p->scan, at, &line, &column);
+    p->error_count++;
+    if (p->report)
+        p->report(p->cookie, COHORT_SEVERITY_ERROR, p->layer->path, line, column, p->prim_path,
+                  text);
+    if (p->err && p->err->code == COHORT_OK) {
+        CO_FAIL(p->err, code, "%s", text);
+        co_error_place(p->err, p->layer->path, line, column, p->prim_path);
+    }
+}
+
+bool co_parse_fail(CoParser *p, const char *at, const char *format, ...)
+{
+    if (p->stopped)
+        return false;
+    char text[256];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    report(p, at, COHORT_ERROR_USDA_SYNTAX, text);
+    if (p->error_count >= MAX_ERRORS)
+        p->stopped = true;
+    return false;
+}
+
+bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char *format, ...)
+{
+    if (p->stopped)
+        return false;
+    char text[256];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    report(p, at, code, text);
+    p->stopped = true;
+    return false;
+}
+
+// The text at the cursor in a form that can stand in a message.
+static void describe(const CoParser *p, char *out, size_t size)
+{
+    const char *at = p->scan.at;
+    size_t left = (size_t)(p->scan.end - at), length = 0;
+    if (left == 0) {
+        snprintf(out, size, "the end of the file");
+        return;
+    }
+    if (*at == '\n' || *at == '\r') {
+        snprintf(out, size, "the end of the line");
+        return;
+    }
+    while (length < left && length < 24 && (unsigned char)at[length] >= 0x20)
+        length++;
+    while (length > 0 && length < left && ((unsigned char)at[length] & 0xc0) == 0x80)
+        length--;
+    if (length == 0)
+        snprintf(out, size, "a byte of value %d", (unsigned char)*at);
+    else
+        snprintf(out, size, "'%.*s'", (int)length, at);
+}
+
+bool co_parse_expected(CoParser *p, const char *what)
+{
+    char found[64];
+    describe(p, found, sizeof found);
+    return co_parse_fail(p, p->scan.at, "found %s, expected %s", found, what);
+}
+
+bool co_parse_char(CoParser *p, char c)
+{
+    if (co_scan_char(&p->scan, c))
+        return true;
+    char what[4] = {'\'', c, '\'', '\0'};
+    return co_parse_expected(p, what);
+}
+
+// ---- Memory
+// --------------------------------------------------------------------------------------
+
+static void *or_stop(CoParser *p, void *memory)
+{
+    if (!memory)
+        co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    return memory;
+}
+
+void *co_parse_alloc(CoParser *p, size_t count, size_t size)
+{
+    return or_stop(p, co_arena_array(&p->layer->arena, count, size));
+}
+
+const char *co_parse_token(CoParser *p, const char *text, size_t length)
+{
+    const char *token = co_token(text, length);
+    if (!token)
+        co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    return token;
+}
+
+void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size)
+{
+    void *list;
+    memcpy(&list, list_pointer, sizeof list);
+    size_t used = *count;
+    if ((used & (used - 1)) == 0) {
+        unsigned char *grown = co_parse_alloc(p, used ? used * 2 : 1, size);
+        if (!grown)
+            return NULL;
+        if (used)
+            memcpy(grown, list, used * size);
+        list = grown;
+        memcpy(list_pointer, &list, sizeof list);
+    }
+    *count = used + 1;
+    return (unsigned char *)list + used * size;
+}
+
+CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at)
+{
+    const char *token = co_parse_token(p, name, strlen(name));
+    if (!token)
+        return NULL;
+    CoField *field = NULL;
+    for (size_t i = 0; i < spec->field_count; i++)
+        if (spec->fields[i].name == token)
+            field = &spec->fields[i];
+    if (!field)
+        field = co_parse_push(p, &spec->fields, &spec->field_count, sizeof *field);
+    if (!field)
+        return NULL;
+    field->name = token;
+    field->line = co_parse_line(p, at);
+    return &field->value;
+}
+
+bool co_parse_deeper(CoParser *p, const char *at)
+{
+    if (p->depth >= p->max_depth)
+        return co_parse_stop(p, at, COHORT_ERROR_LIMIT,
+                             "nested deeper than %llu levels; raise max_depth to read it",
+                             (unsigned long long)p->max_depth);
+    p->depth++;
+    return true;
+}
+
+bool co_parse_scratch(CoParser *p, size_t size)
+{
+    if (size <= p->scratch_size)
+        return true;
+    size_t grown = p->scratch_size ? p->scratch_size : 4096;
+    while (grown < size)
+        grown += grown;
+    unsigned char *scratch = co_realloc(CO_MEMORY_USDA, p->scratch, p->scratch_size, grown);
+    if (!scratch)
+        return or_stop(p, NULL) != NULL;
+    p->scratch = scratch;
+    p->scratch_size = grown;
+    return true;
+}
+
+uint32_t co_parse_line(CoParser *p, const char *at)
+{
+    uint32_t line, column;
+    co_scan_place(&p->scan, at, &line, &column);
+    return line;
+}
+
+// ---- Statements and lists
+// ------------------------------------------------------------------------
+
+static bool at_separator(CoParser *p)
+{
+    int c = co_scan_peek(&p->scan);
+    return c == '\n' || c == '\r' || c == ';';
+}
+
+bool co_parse_statements(CoParser *p, char close, CoItemFn *item, void *context)
+{
+    bool good = true;
+    co_scan_space(&p->scan);
+    while (!co_scan_char(&p->scan, close)) {
+        if (p->scan.at >= p->scan.end)
+            return co_parse_char(p, close);
+        if (!item(p, context)) {
+            good = false;
+            if (p->stopped)
+                return false;
+            co_parse_recover(p);
+            if (p->scan.at >= p->scan.end)
+                return false;
+        }
+        co_scan_line(&p->scan);
+        if (at_separator(p))
+            p->scan.at++;
+        else if (co_scan_peek(&p->scan) != close)
+            return co_parse_expected(p, close == ')' ? "a line end, ';' or ')'"
+                                                     : "a line end, ';' or '}'");
+        co_scan_space(&p->scan);
+    }
+    return good;
+}
+
+bool co_parse_list(CoParser *p, char close, bool at_least_one, CoItemFn *item, void *context)
+{
+    co_scan_space(&p->scan);
+    if (!at_least_one && co_scan_char(&p->scan, close))
+        return true;
+    for (;;) {
+        if (!item(p, context))
+            return false;
+        co_scan_inline(&p->scan);
+        bool comma = co_scan_char(&p->scan, ',');
+        co_scan_space(&p->scan);
+        if (co_scan_char(&p->scan, close))
+            return true;
+        if (!comma)
+            return co_parse_expected(p, close == ']'   ? "',' or ']'"
+                                        : close == ')' ? "',' or ')'"
+                                                       : "',' or '}'");
+    }
+}
+
+bool co_parse_assignment(CoParser *p)
+{
+    co_scan_inline(&p->scan);
+    if (!co_scan_char(&p->scan, '='))
+        return co_parse_expected(p, "'='");
+    co_scan_inline(&p->scan);
+    return true;
+}
+
+// Moves over one bracket, string, comment or character; tracks the brackets opened.
+static void skip_one(CoScan *scan, size_t *open)
+{
+    CoSlice ignored;
+    bool triple;
+    char c = *scan->at;
+    if (c == '"' || c == '\'') {
+        if (co_scan_string(scan, &ignored) == CO_SCAN_OK)
+            return;
+    } else if (c == '@') {
+        if (co_scan_asset(scan, &ignored, &triple) == CO_SCAN_OK)
+            return;
+    } else if ((c == '#' || c == '/') && co_scan_line(scan)) {
+        return;
+    }
+    *open += c == '(' || c == '[' || c == '{';
+    if (*open && (c == ')' || c == ']' || c == '}'))
+        --*open;
+    scan->at++;
+}
+
+void co_parse_recover(CoParser *p)
+{
+    size_t open = 0;
+    while (p->scan.at < p->scan.end) {
+        char c = *p->scan.at;
+        if (!open && (c == '\n' || c == ';' || c == '}' || c == ')'))
+            return;
+        skip_one(&p->scan, &open);
+    }
+}

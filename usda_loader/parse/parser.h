@@ -1,0 +1,124 @@
+// The state of one parse, and what the files of this room call of each other.
+//
+// Every co_parse_* consumes what its name says from p->scan and returns true, or reports what was
+// found and what was expected, and returns false with the cursor anywhere. Whoever parses a
+// statement list skips to the next statement then, so that one file can yield several errors.
+
+#ifndef CO_PARSE_PARSER_H
+#define CO_PARSE_PARSER_H
+
+#include "lex/number.h"
+#include "lex/scan.h"
+#include "parse/layer.h"
+#include "parse/types.h"
+
+typedef struct CoParser {
+    CoScan scan;
+    CoLayer *layer;
+    uint64_t max_depth, max_array_length, max_prims;
+    uint64_t depth, prim_count;
+    CohortDiagnosticFn *report;
+    void *cookie;
+    CohortError *err;
+    uint32_t error_count;
+    bool stopped;    // memory or a limit is at an end: no recovery
+    char *prim_path; // of the prim being parsed, without variant selections; "/" outside
+    size_t prim_path_length, prim_path_capacity;
+    unsigned char *scratch; // elements of the array being read
+    size_t scratch_size;
+} CoParser;
+
+// ---- Errors, memory, lists (parser.c)
+// Reports an error at a place in the text; always false.
+bool co_parse_fail(CoParser *p, const char *at, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+// The same for what ends the parse: limits and memory.
+bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+// "expected <what>, found <the text at the cursor>"
+bool co_parse_expected(CoParser *p, const char *what);
+bool co_parse_char(CoParser *p, char c); // demands it
+
+void *co_parse_alloc(CoParser *p, size_t count, size_t size);
+const char *co_parse_token(CoParser *p, const char *text, size_t length);
+// Makes room for one more item in an arena list and returns it, zeroed. Capacity is the next power
+// of two of the count.
+void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size);
+// The field of that name, new or emptied for a later opinion.
+CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at);
+bool co_parse_deeper(CoParser *p, const char *at); // p->depth++ within the limit
+bool co_parse_scratch(CoParser *p, size_t size);   // at least that many bytes
+uint32_t co_parse_line(CoParser *p, const char *at);
+
+// ---- Statements and lists (parser.c)
+typedef bool CoItemFn(CoParser *p, void *context);
+// items separated by line ends or ';' up to and with `close`, after the opening bracket.
+bool co_parse_statements(CoParser *p, char close, CoItemFn *item, void *context);
+// items separated by ',' up to and with `close`; at_least_one refuses an empty list.
+bool co_parse_list(CoParser *p, char close, bool at_least_one, CoItemFn *item, void *context);
+bool co_parse_assignment(CoParser *p); // '=' with inline padding
+// Skips what is left of a bad statement.
+void co_parse_recover(CoParser *p);
+
+// ---- Words (words.c)
+bool co_parse_string(CoParser *p, CohortString *out);
+bool co_parse_asset(CoParser *p, CohortString *out);
+// An identifier with C++ namespaces that is no keyword: a type or a metadata name.
+bool co_scan_type_name(CoScan *scan, CoSlice *out);
+bool co_slice_is(CoSlice slice, const char *text);
+
+// ---- Paths (path.c)
+typedef struct CoPathInfo {
+    bool is_absolute, is_root, is_property;
+    bool has_variant, is_variant; // anywhere; at the end
+    bool is_target;               // ends in [target]
+} CoPathInfo;
+// Judges the syntax; `bad` receives the offset of what does not belong.
+bool co_path_check(CoSlice path, CoPathInfo *info, size_t *bad);
+// <...> as an absolute path, a token; "" for <>.
+bool co_parse_path(CoParser *p, const char **out, CoPathInfo *info);
+
+// ---- Values (value.c, array.c, opaque.c)
+bool co_parse_scalar(CoParser *p, CoScalar scalar, void *out);
+bool co_parse_element(CoParser *p, const CoTypeInfo *info, void *out);
+bool co_parse_array(CoParser *p, CohortType type, CoValue *out);
+// The value of a type, not None.
+bool co_parse_value(CoParser *p, CohortType type, bool is_array, CoValue *out);
+// A value of no known type as its text.
+bool co_parse_opaque(CoParser *p, CoValue *out);
+bool co_parse_dictionary(CoParser *p, CoDict *out); // from its '{'
+bool co_dict_set(CoParser *p, CoDict *dict, const char *key, CoValue *value);
+bool co_parse_array_edit(CoParser *p, CohortType type, CoValue *out); // from its '['
+
+// ---- List operations (listop.c)
+bool co_scan_list_kind(CoScan *scan, CoListOpKind *kind); // "prepend" and a gap, ...
+// An item of a list op: reads one into `out` (of the list's item size).
+typedef bool CoListItemFn(CoParser *p, void *context, void *out);
+typedef struct CoListSyntax {
+    CohortType type;
+    size_t item_size;
+    CoListItemFn *item;
+    void *context;
+    bool single; // one item may stand without brackets
+    bool none;   // None stands for the empty explicit list
+} CoListSyntax;
+bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind,
+                      const CoListSyntax *syntax);
+bool co_parse_arcs(CoParser *p, CoSpec *spec, bool is_payload, CoListOpKind kind);
+bool co_parse_path_list(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind);
+bool co_parse_names(CoParser *p, CoSpec *spec, const char *field); // a token[] field
+
+// ---- Metadata (metadata.c)
+bool co_parse_metadata(CoParser *p, CoSpec *spec); // a block from its '('
+bool co_variant_name_check(CoParser *p, const char *at, const CohortString *name);
+bool co_parse_layer_offset(CoParser *p, double *offset, double *scale, bool *found);
+
+// ---- Prims and properties (prim.c, property.c, spline.c)
+bool co_parse_contents(CoParser *p, CoSpec *spec); // up to the closing '}' of a prim or variant
+bool co_parse_property(CoParser *p, CoSpec *prim, bool *found);
+bool co_parse_spline(CoParser *p, CoSpline *out); // from its '{'
+CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
+                      const char *at);
+bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found);
+
+#endif

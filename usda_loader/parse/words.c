@@ -1,0 +1,149 @@
+#include "parse/parser.h"
+
+#include <string.h>
+
+// Names that no type and no metadata may have.
+static const char *const keywords[] = {
+    "add",
+    "AnimationBlock",
+    "append",
+    "bezier",
+    "class",
+    "config",
+    "connect",
+    "curve",
+    "custom",
+    "customData",
+    "default",
+    "def",
+    "delete",
+    "dictionary",
+    "displayUnit",
+    "doc",
+    "held",
+    "hermite",
+    "inherits",
+    "kind",
+    "linear",
+    "loop",
+    "nameChildren",
+    "None",
+    "none",
+    "offset",
+    "oscillate",
+    "over",
+    "payload",
+    "permission",
+    "post",
+    "pre",
+    "prefixSubstitutions",
+    "prepend",
+    "properties",
+    "references",
+    "relocates",
+    "rel",
+    "reorder",
+    "rootPrims",
+    "repeat",
+    "reset",
+    "scale",
+    "sloped",
+    "subLayers",
+    "suffixSubstitutions",
+    "specializes",
+    "spline",
+    "symmetryArguments",
+    "symmetryFunction",
+    "timeSamples",
+    "uniform",
+    "variantSet",
+    "variantSets",
+    "variants",
+    "varying",
+};
+
+bool co_slice_is(CoSlice slice, const char *text)
+{
+    return strlen(text) == slice.length && memcmp(slice.begin, text, slice.length) == 0;
+}
+
+static bool is_keyword(CoSlice slice)
+{
+    for (size_t i = 0; i < sizeof keywords / sizeof *keywords; i++)
+        if (co_slice_is(slice, keywords[i]))
+            return true;
+    return false;
+}
+
+bool co_scan_type_name(CoScan *scan, CoSlice *out)
+{
+    const char *from = scan->at, *stop = from;
+    CoSlice part;
+    while (co_scan_identifier(scan, &part) && !is_keyword(part)) {
+        stop = scan->at;
+        if (scan->end - stop < 2 || stop[0] != ':' || stop[1] != ':')
+            break;
+        scan->at += 2;
+    }
+    scan->at = stop;
+    *out = (CoSlice){from, (size_t)(stop - from)};
+    return stop > from;
+}
+
+bool co_parse_string(CoParser *p, CohortString *out)
+{
+    CoSlice slice;
+    CoScanStatus status = co_scan_string(&p->scan, &slice);
+    if (status == CO_SCAN_OPEN)
+        return co_parse_fail(p, p->scan.at, "this string has no end; expected its closing quote%s",
+                             p->scan.end - p->scan.at > 2 && p->scan.at[1] == p->scan.at[0]
+                                 ? "s"
+                                 : " on the same line");
+    if (status != CO_SCAN_OK)
+        return co_parse_expected(p, "a quoted string");
+    char *text = co_parse_alloc(p, slice.length + 1, 1);
+    if (!text)
+        return false;
+    *out = (CohortString){text, co_scan_unescape(slice, text)};
+    return true;
+}
+
+// A code point that no asset path may contain, or false.
+static bool has_control(const char *text, size_t length)
+{
+    const char *end = text + length;
+    while (text < end) {
+        uint32_t code = 0;
+        size_t step = co_utf8_decode(text, end, &code);
+        if (step && (code < 0x20 || code == 0x7f || (code >= 0x80 && code < 0xa0)))
+            return true;
+        text += step ? step : 1;
+    }
+    return false;
+}
+
+bool co_parse_asset(CoParser *p, CohortString *out)
+{
+    const char *at = p->scan.at;
+    CoSlice slice;
+    bool triple;
+    CoScanStatus status = co_scan_asset(&p->scan, &slice, &triple);
+    if (status == CO_SCAN_OPEN)
+        return co_parse_fail(p, at,
+                             "this asset path has no end; expected its closing @ on the line");
+    if (status != CO_SCAN_OK)
+        return co_parse_expected(p, "an asset path between @");
+    char *text = co_parse_alloc(p, slice.length + 1, 1);
+    if (!text)
+        return false;
+    size_t length = 0;
+    for (size_t i = 0; i < slice.length; i++) {
+        if (triple && slice.length - i >= 4 && memcmp(slice.begin + i, "\\@@@", 4) == 0)
+            i++;
+        text[length++] = slice.begin[i];
+    }
+    if (has_control(text, length))
+        return co_parse_fail(p, at, "found a control character in an asset path");
+    *out = (CohortString){text, length};
+    return true;
+}
