@@ -128,9 +128,9 @@ static bool build_mesh(CoMeshBuild *build)
         return false;
     build->shading->left_handed = build->desc->left_handed;
     build->shading->ptex_face_offset = build->desc->ptex_face_offset;
-    CO_MESH_CHECK(build, build->desc->scheme == COHORT_SCHEME_NONE, COHORT_ERROR_SCENE,
-                  "subdivision surfaces are not supported");
-    return co_mesh_build_polygons(build);
+    if (build->desc->scheme == COHORT_SCHEME_NONE)
+        return co_mesh_build_polygons(build);
+    return co_mesh_build_subdivision(build);
 }
 
 bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn, void *cookie,

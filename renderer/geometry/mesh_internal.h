@@ -66,7 +66,9 @@ typedef struct CoMeshShading {
 // A primvar of the description that passed its checks.
 typedef struct CoPrimvarSource {
     const CohortPrimvarDesc *desc;
-    CoPrimvar *primvar; // name, kind and components set
+    CoPrimvar *primvar;   // name, kind and components set
+    float *refined;       // values of a subdivision surface, where they vary over a face
+    const float *control; // vertex primvars of those: one value per point
 } CoPrimvarSource;
 
 // One construction. The shading and scratch lists outlive no failure: mesh.c frees both.
@@ -119,6 +121,9 @@ bool co_mesh_face_is_broken(const CoMeshBuild *build, size_t face);
 
 // polygon.c: triangles, points and normals of a polygon mesh.
 bool co_mesh_build_polygons(CoMeshBuild *build);
+
+// subdivide.c: limit points, triangles, normals and refined primvars of a subdivision surface.
+bool co_mesh_build_subdivision(CoMeshBuild *build);
 
 // primvar.c: checks the primvars of the description (build->sources), then copies what needs no
 // refinement; polygon meshes copy all.

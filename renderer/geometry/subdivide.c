@@ -1,0 +1,321 @@
+#include "geometry/subdivide.h"
+
+#include "base/parallel.h"
+#include "geometry/grid.h"
+
+uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, uint32_t k,
+                                        uint32_t i)
+{
+    uint32_t edge = (uint32_t)co_osd_face_edges(s->osd, face)[k];
+    uint32_t ends[2];
+    co_osd_edge_vertices(s->osd, edge, ends);
+    bool forward = ends[0] == (uint32_t)s->indices[s->first[face] + k];
+    return co_subdivision_edge_point(s, edge) + (forward ? i : s->n - i) - 1;
+}
+
+// Points inside a face.
+static uint64_t inner_point_count(const CoSubdivision *s, uint32_t face)
+{
+    uint64_t n = s->n, valence = (uint64_t)s->counts[face];
+    if (s->grid == CO_GRID_TRIANGLE)
+        return (n - 1) * (n > 1 ? n - 2 : 0) / 2;
+    if (!co_subdivision_is_split(s, face))
+        return (n - 1) * (n - 1);
+    uint64_t m = n / 2;
+    return m == 0 ? 1 : 1 + valence * (m - 1) * m;
+}
+
+static bool check_totals(CoMeshBuild *build, uint64_t points, uint64_t tris, uint64_t corners)
+{
+    CO_MESH_CHECK(build, points < INT32_MAX && tris < INT32_MAX && corners < UINT32_MAX,
+                  COHORT_ERROR_LIMIT,
+                  "level %u makes %llu triangles, more than 2^31: lower the level",
+                  build->desc->level, (unsigned long long)tris);
+    return true;
+}
+
+// Finds the first point, triangle and corner element of each face.
+static bool lay_out(CoSubdivision *s, uint32_t *first_tri, uint32_t *corner_first)
+{
+    CoMeshBuild *build = s->build;
+    uint32_t level = build->desc->level;
+    uint64_t points = build->desc->point_count + (uint64_t)co_osd_edge_count(s->osd) * (s->n - 1);
+    uint64_t tris = 0, corners = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t cage = co_subdivision_cage_face(s, f), valence = (uint32_t)s->counts[f];
+        s->face_point[f] = (uint32_t)points;
+        first_tri[cage] = (uint32_t)tris;
+        corner_first[cage] = (uint32_t)corners;
+        if (s->is_live[f]) {
+            points += inner_point_count(s, f);
+            tris += co_grid_tri_count(s->grid, level, valence);
+            corners += co_grid_corner_count(s->grid, level, valence);
+        }
+        if (!check_totals(build, points, tris, corners))
+            return false;
+    }
+    s->point_count = (uint32_t)points;
+    s->corner_count = (uint32_t)corners;
+    build->mesh->tri_count = (uint32_t)tris;
+    return true;
+}
+
+static uint32_t quad_point(const CoSubdivision *s, uint32_t face, uint32_t i, uint32_t j)
+{
+    uint32_t n = s->n;
+    const int32_t *vertex = s->indices + s->first[face];
+    bool left = i == 0, right = i == n, bottom = j == 0, top = j == n;
+    if ((left || right) && (bottom || top))
+        return (uint32_t)vertex[bottom ? right : 3 - right];
+    if (bottom)
+        return co_subdivision_face_edge_point(s, face, 0, i);
+    if (right)
+        return co_subdivision_face_edge_point(s, face, 1, j);
+    if (top)
+        return co_subdivision_face_edge_point(s, face, 2, n - i);
+    if (left)
+        return co_subdivision_face_edge_point(s, face, 3, n - j);
+    return s->face_point[face] + (j - 1) * (n - 1) + i - 1;
+}
+
+// Grid point of sub-quad k of an n-gon. Inside lie the center, then the spokes from the middle of
+// each edge to the center, then the inner points of each sub-quad.
+static uint32_t split_point(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t i,
+                            uint32_t j)
+{
+    uint32_t m = s->n / 2, valence = (uint32_t)s->counts[face];
+    uint32_t previous = (k + valence - 1) % valence, center = s->face_point[face];
+    if (i == 0 && j == 0)
+        return (uint32_t)s->indices[s->first[face] + k];
+    if (j == 0)
+        return co_subdivision_face_edge_point(s, face, k, i);
+    if (i == 0)
+        return co_subdivision_face_edge_point(s, face, previous, s->n - j);
+    if (i == m && j == m)
+        return center;
+    if (i == m)
+        return center + 1 + k * (m - 1) + j - 1;
+    if (j == m)
+        return center + 1 + previous * (m - 1) + i - 1;
+    return center + 1 + valence * (m - 1) + (k * (m - 1) + j - 1) * (m - 1) + i - 1;
+}
+
+static uint32_t triangle_point(const CoSubdivision *s, uint32_t face, uint32_t i, uint32_t j)
+{
+    uint32_t n = s->n;
+    const int32_t *vertex = s->indices + s->first[face];
+    if (i == n || j == n || i + j == 0)
+        return (uint32_t)vertex[i == n ? 1 : j == n ? 2 : 0];
+    if (j == 0)
+        return co_subdivision_face_edge_point(s, face, 0, i);
+    if (i + j == n)
+        return co_subdivision_face_edge_point(s, face, 1, j);
+    if (i == 0)
+        return co_subdivision_face_edge_point(s, face, 2, n - j);
+    // Inner rows j = 1 .. n - 2 hold n - 1 - j points.
+    return s->face_point[face] + (j - 1) * (2 * n - 2 - j) / 2 + i - 1;
+}
+
+static uint32_t grid_point(const CoSubdivision *s, uint32_t face, const CoGridPlace *p, int c)
+{
+    if (s->grid == CO_GRID_TRIANGLE)
+        return triangle_point(s, face, p->i[c], p->j[c]);
+    if (!co_subdivision_is_split(s, face))
+        return quad_point(s, face, p->i[c], p->j[c]);
+    if (p->n > 0)
+        return split_point(s, face, p->sub, p->i[c], p->j[c]);
+    if (c == 2)
+        return s->face_point[face];
+    uint32_t k = (p->sub + (uint32_t)c) % p->valence;
+    return (uint32_t)s->indices[s->first[face] + k];
+}
+
+typedef struct TriangleJob {
+    const CoSubdivision *s;
+    uint32_t *indices;
+} TriangleJob;
+
+static void index_faces(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    const TriangleJob *job = context;
+    const CoSubdivision *s = job->s;
+    const CoMeshShading *shading = s->build->shading;
+    for (uint32_t f = (uint32_t)begin; f < end; f++) {
+        if (!s->is_live[f])
+            continue;
+        uint32_t first = shading->face_first_tri[co_subdivision_cage_face(s, f)];
+        uint64_t count = co_grid_tri_count(s->grid, shading->level, (uint32_t)s->counts[f]);
+        for (uint32_t tri = first; tri < first + count; tri++) {
+            CoGridPlace place = co_grid_place(shading, tri);
+            for (int c = 0; c < 3; c++)
+                job->indices[3 * (size_t)tri + (size_t)c] = grid_point(s, f, &place, c);
+        }
+    }
+}
+
+// log2 of the triangles that surely share a face: of a sub-quad, or of a loop triangle.
+static uint32_t unit_shift(const CoSubdivision *s)
+{
+    uint32_t level = s->build->desc->level;
+    if (s->grid == CO_GRID_TRIANGLE)
+        return 2 * level;
+    return level == 0 ? 0 : 2 * level - 1;
+}
+
+static bool make_triangles(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    CoMeshShading *shading = build->shading;
+    size_t tri_count = build->mesh->tri_count;
+    uint32_t *indices = co_mesh_keep(build, tri_count, 3 * sizeof *indices);
+    shading->unit_shift = unit_shift(s);
+    uint32_t *unit_face = co_mesh_keep(build, tri_count >> shading->unit_shift, sizeof *unit_face);
+    CO_MESH_CHECK_MEMORY(build, indices);
+    CO_MESH_CHECK_MEMORY(build, unit_face);
+    uint32_t unit = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        if (!s->is_live[f])
+            continue;
+        uint64_t count = co_grid_tri_count(s->grid, shading->level, (uint32_t)s->counts[f]);
+        for (uint64_t k = 0; k < count >> shading->unit_shift; k++)
+            unit_face[unit++] = co_subdivision_cage_face(s, f);
+    }
+    shading->unit_face = unit_face;
+    TriangleJob job = {.s = s, .indices = indices};
+    co_parallel_for(s->face_count, 256, index_faces, &job);
+    build->mesh->indices = indices;
+    return true;
+}
+
+// A face is live if it is to be rendered, has a limit surface and no control point is broken.
+static bool find_live(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    CohortError err = {0};
+    CoOsdSurface *surface = co_osd_surface_create(s->osd, &err);
+    CO_MESH_CHECK_MEMORY(build, surface);
+    bool ok = true;
+    size_t broken = 0;
+    for (uint32_t f = 0; ok && f < s->face_count; f++) {
+        bool live = !build->face_dropped[co_subdivision_cage_face(s, f)] &&
+                    co_osd_face_has_limit(s->osd, f);
+        if (live && build->has_broken_points) {
+            ok = co_osd_surface_begin(surface, f, -1, &err) &&
+                 co_osd_surface_values(surface, build->desc->points, 3, &live, &err);
+            broken += !live;
+        }
+        s->is_live[f] = live;
+    }
+    co_osd_surface_destroy(surface);
+    CO_MESH_CHECK(build, ok, err.code, "%s", err.message);
+    if (broken)
+        co_mesh_warn(build, "%zu faces next to a NaN or infinite point are dropped", broken);
+    return true;
+}
+
+// Owners are the first live faces in order; s->face_count means nobody.
+static void find_owners(CoSubdivision *s)
+{
+    size_t point_count = s->build->desc->point_count;
+    uint32_t edge_count = co_osd_edge_count(s->osd);
+    for (size_t v = 0; v < point_count; v++)
+        s->vertex_owner[v] = s->face_count;
+    for (uint32_t e = 0; e < edge_count; e++)
+        s->edge_owner[e] = s->face_count;
+    for (uint32_t f = s->face_count; f-- > 0;) {
+        if (!s->is_live[f])
+            continue;
+        const int32_t *edges = co_osd_face_edges(s->osd, f);
+        for (int32_t k = 0; k < s->counts[f]; k++) {
+            s->vertex_owner[s->indices[s->first[f] + (uint32_t)k]] = f;
+            s->edge_owner[edges[k]] = f;
+        }
+    }
+}
+
+// Drops faces whose points came out infinite, which far-off control points can do. Returns how
+// many.
+static size_t drop_overflown(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    size_t dropped = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t cage = co_subdivision_cage_face(s, f);
+        if (!s->is_live[f])
+            continue;
+        const uint32_t *index =
+            build->mesh->indices + 3 * (size_t)build->shading->face_first_tri[cage];
+        size_t count = 3 * co_grid_tri_count(s->grid, build->desc->level, (uint32_t)s->counts[f]);
+        for (size_t k = 0; k < count; k++) {
+            if (co_is_finite3(co_vec3_load(s->points + 3 * (size_t)index[k])))
+                continue;
+            build->face_dropped[cage] = 1;
+            dropped++;
+            break;
+        }
+    }
+    return dropped;
+}
+
+static bool allocate_layout(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    s->face_point = co_mesh_scratch(build, s->face_count, sizeof *s->face_point);
+    s->is_live = co_mesh_scratch(build, s->face_count, 1);
+    s->vertex_owner = co_mesh_scratch(build, build->desc->point_count, sizeof *s->vertex_owner);
+    s->edge_owner = co_mesh_scratch(build, co_osd_edge_count(s->osd), sizeof *s->edge_owner);
+    CO_MESH_CHECK_MEMORY(build, s->face_point);
+    CO_MESH_CHECK_MEMORY(build, s->is_live);
+    CO_MESH_CHECK_MEMORY(build, s->vertex_owner);
+    CO_MESH_CHECK_MEMORY(build, s->edge_owner);
+    return true;
+}
+
+static bool tessellate(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    uint32_t *first_tri = co_mesh_keep(build, build->desc->face_count, sizeof *first_tri);
+    uint32_t *corner_first = co_mesh_keep(build, build->desc->face_count, sizeof *corner_first);
+    CO_MESH_CHECK_MEMORY(build, first_tri);
+    CO_MESH_CHECK_MEMORY(build, corner_first);
+    build->shading->face_first_tri = first_tri;
+    build->shading->corner_first = corner_first;
+    if (!allocate_layout(s) || !find_live(s))
+        return false;
+    s->has_normal_seams = co_osd_has_normal_seams(s->osd);
+    for (;;) {
+        find_owners(s);
+        if (!lay_out(s, first_tri, corner_first) || !make_triangles(s) || !co_subdivision_eval(s))
+            return false;
+        size_t dropped = drop_overflown(s);
+        if (dropped == 0)
+            break;
+        co_mesh_warn(build, "%zu faces whose limit surface is infinite are dropped", dropped);
+        for (uint32_t f = 0; f < s->face_count; f++)
+            s->is_live[f] &= !build->face_dropped[co_subdivision_cage_face(s, f)];
+    }
+    build->mesh->points = s->points;
+    build->mesh->point_count = s->point_count;
+    return true;
+}
+
+bool co_mesh_build_subdivision(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    CoSubdivision s = {.build = build,
+                       .grid = d->scheme == COHORT_SCHEME_LOOP ? CO_GRID_TRIANGLE : CO_GRID_QUAD,
+                       .n = 1u << d->level};
+    build->shading->grid = s.grid;
+    build->shading->level = d->level;
+    build->shading->is_bilinear = d->scheme == COHORT_SCHEME_BILINEAR;
+    if (!co_mesh_copy_primvars(build) || !co_subdivision_make_cage(&s))
+        return false;
+    if (s.face_count == 0) {
+        build->shading->primvar_count = 0;
+        return true;
+    }
+    bool ok = co_subdivision_make_osd(&s) && tessellate(&s);
+    co_osd_destroy(s.osd);
+    return ok;
+}

@@ -1,0 +1,64 @@
+// Subdivision in three steps: the cage as OpenSubdiv takes it (subdivide_cage.c), the layout of
+// points and triangles (subdivide.c), and limit values at the points (subdivide_eval.c).
+//
+// Points lie in this order: one per vertex of the cage; those inside each edge, from its first to
+// its second vertex; those inside each face. The lowest live face at a vertex or edge owns its
+// points and evaluates them once; all faces refer to them by index. Terms: live = has a limit
+// surface and is not dropped; n = segments per cage edge, 2^level.
+
+#ifndef CO_GEOMETRY_SUBDIVIDE_H
+#define CO_GEOMETRY_SUBDIVIDE_H
+
+#include "geometry/mesh_internal.h"
+#include "shims/osd.h"
+
+typedef struct CoSubdivision {
+    CoMeshBuild *build;
+    CoOsdMesh *osd;
+    CoGridKind grid;
+    uint32_t n;
+    // The cage without faces OpenSubdiv cannot take. All scratch or the description's.
+    uint32_t face_count, fv_count;
+    const int32_t *counts, *indices;
+    const uint32_t *cage_face; // [face_count] face of the description, NULL: the same
+    const uint32_t *cage_fv;   // [fv_count] face-vertex of the description, NULL: the same
+    uint32_t *first;           // [face_count + 1] first face-vertex
+    CoOsdChannel *channels;    // one per face-varying source, in order
+    // Layout.
+    uint32_t *face_point; // [face_count] first point inside
+    uint8_t *is_live;     // [face_count]
+    uint32_t *vertex_owner, *edge_owner;
+    uint32_t point_count, corner_count;
+    bool has_normal_seams;
+    float *points;  // [point_count * 3]
+    float *normals; // per point, or per corner element where there are seams; NULL for bilinear
+} CoSubdivision;
+
+static inline uint32_t co_subdivision_cage_face(const CoSubdivision *s, uint32_t face)
+{
+    return s->cage_face ? s->cage_face[face] : face;
+}
+
+static inline bool co_subdivision_is_split(const CoSubdivision *s, uint32_t face)
+{
+    return s->grid == CO_GRID_QUAD && s->counts[face] != 4;
+}
+
+// First point inside an edge; there are n - 1.
+static inline uint32_t co_subdivision_edge_point(const CoSubdivision *s, uint32_t edge)
+{
+    return (uint32_t)s->build->desc->point_count + edge * (s->n - 1);
+}
+
+// Point number i (1 to n - 1) on edge k of a face, counted from the face's vertex k.
+uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, uint32_t k,
+                                        uint32_t i);
+
+// subdivide_cage.c
+bool co_subdivision_make_cage(CoSubdivision *s);
+bool co_subdivision_make_osd(CoSubdivision *s);
+
+// subdivide_eval.c: fills points, normals and the values of all refined primvars. Needs the layout.
+bool co_subdivision_eval(CoSubdivision *s);
+
+#endif

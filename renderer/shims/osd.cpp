@@ -1,0 +1,277 @@
+#include "shims/osd.h"
+
+extern "C" {
+#include "base/error.h"
+}
+
+#include <opensubdiv/bfr/refinerSurfaceFactory.h>
+#include <opensubdiv/bfr/surface.h>
+#include <opensubdiv/far/error.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/far/topologyRefinerFactory.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <shared_mutex>
+#include <string>
+#include <vector>
+
+namespace Bfr = OpenSubdiv::Bfr;
+namespace Far = OpenSubdiv::Far;
+namespace Sdc = OpenSubdiv::Sdc;
+
+using Cache =
+    Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
+                                     std::unique_lock<std::shared_mutex>>;
+using Factory = Bfr::RefinerSurfaceFactory<Cache>;
+using Surface = Bfr::Surface<float>;
+
+struct CoOsdMesh {
+    std::unique_ptr<Far::TopologyRefiner> refiner;
+    std::unique_ptr<Factory> factory;
+};
+
+struct CoOsdSurface {
+    const CoOsdMesh *mesh;
+    Surface surface;
+    std::vector<float> points;
+    int components = 0;
+};
+
+// OpenSubdiv reports through process-wide callbacks, which print unless they are set. It calls them
+// on the thread that made the mistake, so each thread keeps its own last sentence.
+static thread_local char osd_error[256], osd_warning[256];
+
+static void keep_error(Far::ErrorType, const char *message)
+{
+    std::snprintf(osd_error, sizeof osd_error, "%s", message);
+}
+
+static void keep_warning(const char *message)
+{
+    std::snprintf(osd_warning, sizeof osd_warning, "%s", message);
+}
+
+static void catch_messages()
+{
+    static std::once_flag once;
+    std::call_once(once, [] {
+        Far::SetErrorCallback(keep_error);
+        Far::SetWarningCallback(keep_warning);
+    });
+    osd_error[0] = osd_warning[0] = 0;
+}
+
+// Inside a catch block: turns what was thrown into a CohortError.
+static bool rethrown(CohortError *err)
+{
+    try {
+        throw;
+    } catch (const std::bad_alloc &) {
+        return CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory in OpenSubdiv");
+    } catch (const std::exception &e) {
+        return CO_FAIL(err, COHORT_ERROR_SCENE, "OpenSubdiv: %.160s", e.what());
+    } catch (...) {
+        return CO_FAIL(err, COHORT_ERROR_INTERNAL, "OpenSubdiv threw something unknown");
+    }
+}
+
+static Sdc::SchemeType scheme_type(CohortScheme scheme)
+{
+    switch (scheme) {
+    case COHORT_SCHEME_LOOP:
+        return Sdc::SCHEME_LOOP;
+    case COHORT_SCHEME_BILINEAR:
+        return Sdc::SCHEME_BILINEAR;
+    default:
+        return Sdc::SCHEME_CATMARK;
+    }
+}
+
+static Sdc::Options scheme_options(const CoOsdDesc *desc)
+{
+    static const Sdc::Options::VtxBoundaryInterpolation boundary[] = {
+        Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER, Sdc::Options::VTX_BOUNDARY_EDGE_ONLY,
+        Sdc::Options::VTX_BOUNDARY_NONE};
+    static const Sdc::Options::FVarLinearInterpolation linear[] = {
+        Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1, Sdc::Options::FVAR_LINEAR_NONE,
+        Sdc::Options::FVAR_LINEAR_CORNERS_ONLY,  Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2,
+        Sdc::Options::FVAR_LINEAR_BOUNDARIES,    Sdc::Options::FVAR_LINEAR_ALL};
+    Sdc::Options options;
+    options.SetVtxBoundaryInterpolation(boundary[desc->interpolate_boundary]);
+    options.SetFVarLinearInterpolation(linear[desc->fvar_linear]);
+    options.SetCreasingMethod(Sdc::Options::CREASE_UNIFORM);
+    options.SetTriangleSubdivision(desc->triangle_rule_smooth ? Sdc::Options::TRI_SUB_SMOOTH
+                                                              : Sdc::Options::TRI_SUB_CATMARK);
+    return options;
+}
+
+static Far::TopologyRefiner *make_refiner(const CoOsdDesc *desc)
+{
+    using RefinerFactory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+    std::vector<Far::TopologyDescriptor::FVarChannel> channels((size_t)desc->channel_count);
+    for (size_t k = 0; k < channels.size(); k++) {
+        channels[k].numValues = desc->channels[k].value_count;
+        channels[k].valueIndices = desc->channels[k].indices;
+    }
+    Far::TopologyDescriptor topology;
+    topology.numVertices = desc->vertex_count;
+    topology.numFaces = desc->face_count;
+    topology.numVertsPerFace = desc->face_vertex_counts;
+    topology.vertIndicesPerFace = desc->face_vertex_indices;
+    topology.numCreases = desc->crease_count;
+    topology.creaseVertexIndexPairs = desc->crease_pairs;
+    topology.creaseWeights = desc->crease_sharpnesses;
+    topology.numCorners = desc->corner_count;
+    topology.cornerVertexIndices = desc->corners;
+    topology.cornerWeights = desc->corner_sharpnesses;
+    topology.numFVarChannels = desc->channel_count;
+    topology.fvarChannels = channels.data();
+    RefinerFactory::Options options(scheme_type(desc->scheme), scheme_options(desc));
+    options.validateFullTopology = true;
+    return RefinerFactory::Create(topology, options);
+}
+
+CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *err)
+{
+    try {
+        catch_messages();
+        std::unique_ptr<CoOsdMesh> mesh(new CoOsdMesh);
+        mesh->refiner.reset(make_refiner(desc));
+        CO_CHECK_NULL(mesh->refiner, err, COHORT_ERROR_SCENE, "OpenSubdiv refuses it: %.160s",
+                      osd_error[0] ? osd_error : "no reason given");
+        // Bfr takes a point of level L exactly when it isolates irregular features that deep.
+        int level = (int)std::min(std::max(desc->exact_level, 2u), 6u);
+        Factory::Options options;
+        options.SetApproxLevelSmooth(level);
+        options.SetApproxLevelSharp(6);
+        mesh->factory.reset(new Factory(*mesh->refiner, options));
+        std::snprintf(warning, 256, "%s", osd_warning);
+        return mesh.release();
+    } catch (...) {
+        rethrown(err);
+        return nullptr;
+    }
+}
+
+void co_osd_destroy(CoOsdMesh *mesh)
+{
+    delete mesh;
+}
+
+uint32_t co_osd_edge_count(const CoOsdMesh *mesh)
+{
+    return (uint32_t)mesh->refiner->GetLevel(0).GetNumEdges();
+}
+
+void co_osd_edge_vertices(const CoOsdMesh *mesh, uint32_t edge, uint32_t vertices[2])
+{
+    Far::ConstIndexArray ends = mesh->refiner->GetLevel(0).GetEdgeVertices((int)edge);
+    vertices[0] = (uint32_t)ends[0];
+    vertices[1] = (uint32_t)ends[1];
+}
+
+const int32_t *co_osd_face_edges(const CoOsdMesh *mesh, uint32_t face)
+{
+    return &mesh->refiner->GetLevel(0).GetFaceEdges((int)face)[0];
+}
+
+bool co_osd_face_has_limit(const CoOsdMesh *mesh, uint32_t face)
+{
+    return mesh->factory->FaceHasLimitSurface((int)face);
+}
+
+bool co_osd_has_normal_seams(const CoOsdMesh *mesh)
+{
+    const Far::TopologyLevel &level = mesh->refiner->GetLevel(0);
+    const float infinite = Sdc::Crease::SHARPNESS_INFINITE;
+    for (int e = 0; e < level.GetNumEdges(); e++)
+        if (level.IsEdgeNonManifold(e) ||
+            (level.GetEdgeSharpness(e) >= infinite && level.GetEdgeFaces(e).size() > 1))
+            return true;
+    for (int v = 0; v < level.GetNumVertices(); v++)
+        if (level.IsVertexNonManifold(v) ||
+            (level.GetVertexSharpness(v) >= infinite && level.GetVertexFaces(v).size() > 1))
+            return true;
+    return false;
+}
+
+CoOsdSurface *co_osd_surface_create(const CoOsdMesh *mesh, CohortError *err)
+{
+    try {
+        CoOsdSurface *surface = new CoOsdSurface;
+        surface->mesh = mesh;
+        return surface;
+    } catch (...) {
+        rethrown(err);
+        return nullptr;
+    }
+}
+
+void co_osd_surface_destroy(CoOsdSurface *surface)
+{
+    delete surface;
+}
+
+bool co_osd_surface_begin(CoOsdSurface *surface, uint32_t face, int32_t channel, CohortError *err)
+{
+    try {
+        const Factory &factory = *surface->mesh->factory;
+        bool ok = channel < 0
+                      ? factory.InitVertexSurface((int)face, &surface->surface)
+                      : factory.InitFaceVaryingSurface((int)face, &surface->surface, channel);
+        CO_CHECK(ok, err, COHORT_ERROR_SCENE, "OpenSubdiv finds no limit surface of face %u", face);
+        return true;
+    } catch (...) {
+        return rethrown(err);
+    }
+}
+
+bool co_osd_surface_values(CoOsdSurface *surface, const float *values, uint32_t components,
+                           bool *finite, CohortError *err)
+{
+    try {
+        const Surface &s = surface->surface;
+        Surface::PointDescriptor layout((int)components);
+        surface->components = (int)components;
+        surface->points.resize((size_t)s.GetNumPatchPoints() * components);
+        s.GatherControlPoints(values, layout, surface->points.data(), layout);
+        if (finite) {
+            size_t count = (size_t)s.GetNumControlPoints() * components;
+            *finite = std::all_of(surface->points.begin(), surface->points.begin() + (long)count,
+                                  [](float x) { return std::isfinite(x); });
+        }
+        s.ComputePatchPoints(surface->points.data(), layout);
+        return true;
+    } catch (...) {
+        return rethrown(err);
+    }
+}
+
+bool co_osd_surface_eval(CoOsdSurface *surface, const CoOsdCoord *coords, uint32_t count, float *p,
+                         float *du, float *dv, CohortError *err)
+{
+    try {
+        const Surface &s = surface->surface;
+        Surface::PointDescriptor layout(surface->components);
+        Bfr::Parameterization param = s.GetParameterization();
+        for (uint32_t k = 0; k < count; k++) {
+            const float sub_uv[2] = {coords[k].u, coords[k].v};
+            float uv[2] = {sub_uv[0], sub_uv[1]};
+            if (param.HasSubFaces())
+                param.ConvertNormalizedSubFaceToCoord((int)coords[k].sub, sub_uv, uv);
+            size_t at = (size_t)k * (size_t)surface->components;
+            if (du)
+                s.Evaluate(uv, surface->points.data(), layout, p + at, du + at, dv + at);
+            else
+                s.Evaluate(uv, surface->points.data(), layout, p + at);
+        }
+        return true;
+    } catch (...) {
+        return rethrown(err);
+    }
+}
