@@ -68,45 +68,6 @@ void co_mesh_warn(CoMeshBuild *build, const char *format, ...)
     build->warn(build->cookie, text);
 }
 
-// Materials by face: the first subset that lists a face has it.
-static bool build_materials(CoMeshBuild *build)
-{
-    const CohortMeshDesc *desc = build->desc;
-    build->shading->material = desc->material;
-    if (desc->subset_count == 0)
-        return true;
-    CO_MESH_CHECK(build, desc->subsets, COHORT_ERROR_ARGUMENT, "subsets are missing");
-    uint32_t *material = co_mesh_keep(build, desc->face_count, sizeof *material);
-    uint8_t *taken = co_mesh_scratch(build, desc->face_count, 1);
-    CO_MESH_CHECK_MEMORY(build, material);
-    CO_MESH_CHECK_MEMORY(build, taken);
-    for (size_t f = 0; f < desc->face_count; f++)
-        material[f] = desc->material;
-    size_t bad = 0, twice = 0;
-    for (size_t s = 0; s < desc->subset_count; s++) {
-        const CohortSubsetDesc *subset = &desc->subsets[s];
-        CO_MESH_CHECK(build, subset->faces || subset->face_count == 0, COHORT_ERROR_ARGUMENT,
-                      "subset %zu has no face array", s);
-        for (size_t k = 0; k < subset->face_count; k++) {
-            int32_t face = subset->faces[k];
-            if (face < 0 || (size_t)face >= desc->face_count) {
-                bad++;
-                continue;
-            }
-            twice += taken[face] && material[face] != subset->material;
-            if (!taken[face])
-                material[face] = subset->material;
-            taken[face] = 1;
-        }
-    }
-    if (bad)
-        co_mesh_warn(build, "%zu subset faces are out of range and ignored", bad);
-    if (twice)
-        co_mesh_warn(build, "%zu faces are in several subsets: the first one counts", twice);
-    build->shading->face_material = material;
-    return true;
-}
-
 static void find_box(CoMesh *mesh)
 {
     if (mesh->tri_count == 0)
@@ -124,7 +85,7 @@ static void find_box(CoMesh *mesh)
 
 static bool build_mesh(CoMeshBuild *build)
 {
-    if (!co_mesh_check(build) || !build_materials(build) || !co_mesh_check_primvars(build))
+    if (!co_mesh_check(build) || !co_mesh_build_materials(build) || !co_mesh_check_primvars(build))
         return false;
     build->shading->left_handed = build->desc->left_handed;
     build->shading->ptex_face_offset = build->desc->ptex_face_offset;

@@ -119,6 +119,9 @@ bool co_mesh_check(CoMeshBuild *build);
 // True when the face uses a point that is not finite.
 bool co_mesh_face_is_broken(const CoMeshBuild *build, size_t face);
 
+// mesh_material.c: materials by face: the first subset that lists a face has it.
+bool co_mesh_build_materials(CoMeshBuild *build);
+
 // polygon.c: triangles, points and normals of a polygon mesh.
 bool co_mesh_build_polygons(CoMeshBuild *build);
 

@@ -243,6 +243,6 @@ void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurfa
         ns = co_neg(ns);
     out->ns = ns;
     out->face = g.face;
-    out->material = s->face_material ? s->face_material[g.face] : s->material;
+    out->material = co_mesh_face_material(mesh, g.face);
     find_ptex(mesh, &g, tri, p, u, v, out);
 }
