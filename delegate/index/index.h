@@ -1,0 +1,95 @@
+// The render index and the delegate as the rooms index, prims and pass see them.
+//
+// Terms: container = what prims stand in: the world (container 0), or one prototype of an
+// instancer. A container is one group of the scene, so a prototype exists once however often it is
+// placed.
+
+#ifndef CO_DELEGATE_INDEX_H
+#define CO_DELEGATE_INDEX_H
+
+#include "cohort/delegate.h"
+#include "index/report.h"
+#include "index/settings.h"
+#include "index/string_map.h"
+
+struct CohortPull {
+    CoArena arena;
+};
+
+typedef struct CoPrim {
+    CohortPrimType type;
+    char *path;
+    const CohortSceneDelegate *scene;
+    uint32_t container; // it stands in; meshes and instancers
+    uint32_t dirty;     // CohortDirty bits
+    uint32_t id;     // of the object, light or material in the scene; INVALID before the first sync
+    int32_t prim_id; // meshes
+    bool is_visible;
+    bool has_geometry; // meshes: the scene's object is set
+    bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor
+    double transform[4][4];
+    CohortCameraSource camera;
+} CoPrim;
+
+typedef struct CoContainer {
+    uint32_t object; // group in the scene
+    bool is_dirty;
+    size_t member_begin, member_count; // in the sync's list of members
+} CoContainer;
+
+struct CohortRenderIndex {
+    CohortDelegate *delegate;
+    CohortScene *scene;
+    CoPrim **prims; // in order of insertion; NULL = removed
+    size_t prim_count, prim_capacity;
+    size_t live_count[COHORT_PRIM_TYPE_COUNT];
+    CoStringMap paths; // path -> place in prims
+    CoContainer *containers;
+    size_t container_count, container_capacity;
+    CoStringMap container_names; // "instancer\x1fprototype" -> container
+    CoStringMap textures;        // content -> texture of the scene
+    uint32_t *mesh_places;       // primId -> place in prims
+    size_t mesh_count, mesh_capacity;
+    bool needs_commit;
+    CohortCameraDesc camera_set; // what the scene's camera was last set to
+    bool has_camera_set;
+    double load_seconds; // of syncs and commits
+    CohortSyncCounts counts;
+};
+
+typedef struct CoRenderThread CoRenderThread;
+
+struct CohortDelegate {
+    CoSettings settings;
+    CoReport report;
+    CohortRenderIndex *index;
+    CoRenderThread *thread; // the one render, and the thread that drives it
+    CohortRenderPass *passes;
+    CohortRenderPass *current; // whose render the thread has
+    CohortRenderBuffer *buffers;
+    CohortRoundFn *round_fn;
+    void *round_cookie;
+};
+
+// The prim at a path, NULL if there is none.
+CoPrim *co_index_find(const CohortRenderIndex *index, const char *path);
+
+// The container of prototype `prototype` of an instancer (NULL: the world), made when it is not
+// there. COHORT_INVALID_ID when out of memory.
+uint32_t co_index_container(CohortRenderIndex *index, const char *instancer, uint32_t prototype);
+// The same, but INVALID when nothing stands in it.
+uint32_t co_index_container_find(const CohortRenderIndex *index, const char *instancer,
+                                 uint32_t prototype);
+
+void co_index_destroy(CohortRenderIndex *index);
+
+// Marks what must be pulled or committed again after a setting changed.
+void co_index_setting_changed(CohortRenderIndex *index, CoSetting setting);
+
+// True when a sync would do something.
+bool co_index_is_dirty(const CohortRenderIndex *index);
+
+// Commits pending edits with the delegate's settings. The render must be down.
+bool co_index_commit(CohortRenderIndex *index, CohortError *err);
+
+#endif

@@ -1,0 +1,6 @@
+#include "index/index.h"
+
+void *cohort_pull_array(CohortPull *pull, size_t count, size_t size)
+{
+    return co_arena_array(&pull->arena, count, size);
+}

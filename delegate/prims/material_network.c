@@ -1,0 +1,173 @@
+#include "prims/material_network.h"
+
+#include "base/error.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const CohortNodeInput *co_network_input(const CohortMaterialNode *node, const char *name)
+{
+    for (size_t i = 0; i < node->input_count; i++)
+        if (strcmp(node->inputs[i].name, name) == 0)
+            return &node->inputs[i];
+    return NULL;
+}
+
+const CohortMaterialNode *co_network_source(const CoNetwork *net, const CohortNodeInput *input)
+{
+    if (!input || input->source_node < 0 || (size_t)input->source_node >= net->source->node_count)
+        return NULL;
+    return &net->source->nodes[input->source_node];
+}
+
+void co_network_report(CoNetwork *net, const CohortMaterialNode *node, const char *name,
+                       const char *value, const char *action)
+{
+    if (!cohort_delegate_report_add(net->index->delegate, COHORT_SEVERITY_WARNING, node->path, name,
+                                    value, action))
+        CO_FAIL(net->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+}
+
+// ---- One input ---------------------------------------------------------------------------------
+
+// First of the four channels that an output of a texture node stands for.
+static uint32_t channel_of(const char *output)
+{
+    if (!output)
+        return 0;
+    if (strcmp(output, "g") == 0 || strcmp(output, "resultG") == 0)
+        return 1;
+    if (strcmp(output, "b") == 0 || strcmp(output, "resultB") == 0)
+        return 2;
+    return strcmp(output, "a") == 0 || strcmp(output, "resultA") == 0 ? 3 : 0;
+}
+
+static bool starts_with(const char *text, const char *prefix)
+{
+    return strncmp(text, prefix, strlen(prefix)) == 0;
+}
+
+static void copy_constant(const CohortNodeInput *input, float out[4])
+{
+    for (uint32_t i = 0; i < input->components && i < 4; i++)
+        out[i] = input->value[i];
+}
+
+static void connect_primvar(CoNetwork *net, const CohortMaterialNode *reader, CohortInput *out)
+{
+    const CohortNodeInput *varname = co_network_input(reader, "varname");
+    const CohortNodeInput *fallback = co_network_input(reader, "fallback");
+    if (fallback && fallback->components)
+        copy_constant(fallback, out->value);
+    if (!varname || !varname->string || !varname->string[0]) {
+        co_network_report(net, reader, "inputs:varname", "", "no primvar named: its fallback");
+        return;
+    }
+    out->kind = COHORT_INPUT_PRIMVAR;
+    out->primvar = varname->string;
+}
+
+static void connect(CoNetwork *net, const CohortMaterialNode *surface, const CohortNodeInput *input,
+                    CohortInput *out)
+{
+    const CohortMaterialNode *source = co_network_source(net, input);
+    if (co_network_is_texture(source)) {
+        uint32_t lookup = co_network_lookup(net, input->source_node);
+        if (lookup == COHORT_INVALID_ID) {
+            const CohortNodeInput *fallback = co_network_input(source, "fallback");
+            if (fallback)
+                copy_constant(fallback, out->value);
+            return;
+        }
+        out->kind = COHORT_INPUT_TEXTURE;
+        out->lookup = lookup;
+        out->channel = channel_of(input->source_output);
+        return;
+    }
+    if (starts_with(source->id, "UsdPrimvarReader_")) {
+        connect_primvar(net, source, out);
+        return;
+    }
+    char action[160];
+    snprintf(action, sizeof action, "node not supported: default of inputs:%.80s", input->name);
+    co_network_report(net, source, source->id, surface->id, action);
+}
+
+static void read_input(CoNetwork *net, const CohortMaterialNode *surface, const char *name,
+                       CohortInput *out)
+{
+    const CohortNodeInput *input = co_network_input(surface, name);
+    if (!input)
+        return;
+    if (co_network_source(net, input))
+        connect(net, surface, input, out);
+    else if (input->components)
+        copy_constant(input, out->value);
+}
+
+// ---- The surface -------------------------------------------------------------------------------
+
+static float constant_number(CoNetwork *net, const CohortMaterialNode *surface, const char *name,
+                             float fallback)
+{
+    const CohortNodeInput *input = co_network_input(surface, name);
+    if (!input)
+        return fallback;
+    if (co_network_source(net, input)) {
+        co_network_report(net, surface, name, "connection", "cannot vary: its default");
+        return fallback;
+    }
+    return input->components ? input->value[0] : fallback;
+}
+
+static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surface)
+{
+    CohortMaterialDesc *desc = &net->desc;
+    struct {
+        const char *name;
+        CohortInput *input;
+    } inputs[] = {{"diffuseColor", &desc->diffuse_color},
+                  {"emissiveColor", &desc->emissive_color},
+                  {"specularColor", &desc->specular_color},
+                  {"metallic", &desc->metallic},
+                  {"roughness", &desc->roughness},
+                  {"clearcoat", &desc->clearcoat},
+                  {"clearcoatRoughness", &desc->clearcoat_roughness},
+                  {"opacity", &desc->opacity},
+                  {"ior", &desc->ior},
+                  {"normal", &desc->normal}};
+    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
+        read_input(net, surface, inputs[i].name, inputs[i].input);
+    desc->use_specular_workflow =
+        constant_number(net, surface, "useSpecularWorkflow", 0.0f) != 0.0f;
+    desc->opacity_threshold = constant_number(net, surface, "opacityThreshold", 0.0f);
+    const CohortNodeInput *mode = co_network_input(surface, "opacityMode");
+    desc->opacity_presence = mode && mode->string && strcmp(mode->string, "presence") == 0;
+    const CohortNodeInput *displacement = co_network_input(surface, "displacement");
+    if (displacement && (co_network_source(net, displacement) ||
+                         (displacement->components && displacement->value[0] != 0.0f)))
+        co_network_report(net, surface, "inputs:displacement",
+                          co_network_source(net, displacement) ? "connection" : "",
+                          "not displaced");
+}
+
+bool co_network_translate(CoNetwork *net)
+{
+    net->desc = cohort_material_default();
+    net->desc.path = net->prim->path;
+    int32_t terminal = net->source->surface;
+    if (terminal < 0 || (size_t)terminal >= net->source->node_count) {
+        CohortMaterialNode self = {.path = net->prim->path, .id = ""};
+        co_network_report(net, &self, "outputs:surface", "",
+                          "no surface: Lambertian with displayColor");
+        return false;
+    }
+    const CohortMaterialNode *surface = &net->source->nodes[terminal];
+    if (strcmp(surface->id, "UsdPreviewSurface") != 0) {
+        co_network_report(net, surface, "info:id", surface->id,
+                          "surface not supported: Lambertian with displayColor");
+        return false;
+    }
+    read_preview_surface(net, surface);
+    return true;
+}

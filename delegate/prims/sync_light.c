@@ -1,0 +1,35 @@
+#include "base/error.h"
+#include "prims/sync.h"
+
+#include <string.h>
+
+bool co_sync_light(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)
+{
+    if (prim->id == COHORT_INVALID_ID)
+        prim->id = cohort_scene_new_light(index->scene, err);
+    if (prim->id == COHORT_INVALID_ID)
+        return false;
+    bool changed = (prim->dirty &
+                    (COHORT_DIRTY_PARAMS | COHORT_DIRTY_RESOURCE | COHORT_DIRTY_VISIBILITY)) != 0;
+    if (!co_sync_placement(index, prim, pull, &changed, err))
+        return false;
+    if (!changed)
+        return true;
+    CohortError reason = {0};
+    CohortLightDesc desc = cohort_light_default(COHORT_LIGHT_SPHERE);
+    bool given = prim->scene->get_light &&
+                 prim->scene->get_light(prim->scene->cookie, pull, prim->path, &desc, &reason);
+    if (!given) {
+        desc = cohort_light_default(COHORT_LIGHT_SPHERE);
+        desc.hidden = true;
+    }
+    desc.path = prim->path;
+    memcpy(desc.transform, prim->transform, sizeof desc.transform);
+    desc.hidden = !given || !prim->is_visible ||
+                  !index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_LIGHTS].boolean;
+    index->counts.lights_set++;
+    index->needs_commit = true;
+    if (cohort_scene_set_light(index->scene, prim->id, &desc, &reason) && given)
+        return true;
+    return co_sync_refuse(index, prim, "Light", &reason, err);
+}

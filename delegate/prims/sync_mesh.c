@@ -1,0 +1,94 @@
+#include "base/error.h"
+#include "prims/sync.h"
+
+// What a change of makes the mesh itself new; the rest only moves or hides it.
+enum {
+    SHAPE_BITS = COHORT_DIRTY_MATERIAL_ID | COHORT_DIRTY_PRIMVAR | COHORT_DIRTY_POINTS |
+                 COHORT_DIRTY_TOPOLOGY | COHORT_DIRTY_SUBDIV_TAGS | COHORT_DIRTY_DISPLAY_STYLE
+};
+
+static uint32_t material_id(CohortRenderIndex *index, const CoPrim *mesh, const char *path)
+{
+    if (!path || !path[0] ||
+        !index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_MATERIALS].boolean)
+        return COHORT_INVALID_ID;
+    const CoPrim *material = co_index_find(index, path);
+    if (!material || material->type != COHORT_PRIM_MATERIAL) {
+        cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_WARNING, mesh->path,
+                                   "material:binding", path,
+                                   "no such material: Lambertian with displayColor");
+        return COHORT_INVALID_ID;
+    }
+    return material->is_plain ? COHORT_INVALID_ID : material->id;
+}
+
+// Puts scene ids where the source names materials. NULL when out of memory.
+static const CohortSubsetDesc *resolve_subsets(CohortRenderIndex *index, const CoPrim *prim,
+                                               CohortPull *pull, const CohortMeshSource *source)
+{
+    CohortSubsetDesc *subsets = cohort_pull_array(pull, source->mesh.subset_count, sizeof *subsets);
+    for (size_t i = 0; subsets && i < source->mesh.subset_count; i++) {
+        subsets[i] = source->mesh.subsets[i];
+        subsets[i].material =
+            material_id(index, prim, source->subset_materials ? source->subset_materials[i] : NULL);
+    }
+    return subsets;
+}
+
+static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
+                     const CohortMeshSource *source, CohortError *reason)
+{
+    CohortMeshDesc desc = source->mesh;
+    desc.path = prim->path;
+    desc.material = material_id(index, prim, source->material);
+    uint32_t level = (uint32_t)index->delegate->settings.values[CO_SETTING_COMPLEXITY].integer;
+    desc.level = desc.level > level ? desc.level : level;
+    desc.points = NULL;
+    if (source->points_sample_count)
+        desc.points =
+            source
+                ->points[co_sync_nearest(&source->points[0].time, source->points_sample_count,
+                                         sizeof *source->points)]
+                .points;
+    CO_CHECK(desc.points || desc.point_count == 0, reason, COHORT_ERROR_SCENE,
+             "the mesh counts %zu points but gives none", desc.point_count);
+    if (desc.subset_count) {
+        desc.subsets = resolve_subsets(index, prim, pull, source);
+        CO_CHECK_MEMORY(desc.subsets, reason);
+    }
+    return cohort_scene_set_mesh(index->scene, prim->id, &desc, reason);
+}
+
+static bool sync_shape(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)
+{
+    if (prim->id == COHORT_INVALID_ID)
+        prim->id = cohort_scene_new_object(index->scene, err);
+    if (prim->id == COHORT_INVALID_ID)
+        return false;
+    CohortError reason = {0};
+    CohortMeshSource source = {0};
+    source.mesh.material = COHORT_INVALID_ID;
+    index->counts.meshes_set++;
+    index->needs_commit = true;
+    bool had_geometry = prim->has_geometry;
+    prim->has_geometry =
+        prim->scene->get_mesh &&
+        prim->scene->get_mesh(prim->scene->cookie, pull, prim->path, &source, &reason) &&
+        set_mesh(index, prim, pull, &source, &reason);
+    if (prim->has_geometry != had_geometry)
+        index->containers[prim->container].is_dirty = true;
+    if (prim->has_geometry)
+        return true;
+    cohort_scene_clear_object(index->scene, prim->id);
+    return co_sync_refuse(index, prim, "Mesh", &reason, err);
+}
+
+bool co_sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)
+{
+    bool moved = false;
+    if (!co_sync_placement(index, prim, pull, &moved, err))
+        return false;
+    if (moved)
+        index->containers[prim->container].is_dirty = true;
+    return !(prim->dirty & SHAPE_BITS) || sync_shape(index, prim, pull, err);
+}
