@@ -313,7 +313,7 @@ bool cohort_render_index_insert(CohortRenderIndex *index, CohortPrimType type, c
                                 const CohortSceneDelegate *scene, const char *instancer,
                                 uint32_t prototype, CohortError *err);
 
-// Removes a prim at the next sync; unknown paths are ignored.
+// Takes a prim out of the scene, and the render down; unknown paths are ignored.
 void cohort_render_index_remove(CohortRenderIndex *index, const char *path);
 
 // Marks bits (CohortDirty) of a prim; unknown paths are ignored.
