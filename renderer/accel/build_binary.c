@@ -45,8 +45,9 @@ static float centroid(const CoBuildPrim *prim, int axis)
 static int bin_of(const Binning *binning, const CoBuildPrim *prim, int axis)
 {
     float x = (centroid(prim, axis) - binning->origin[axis]) * binning->scale[axis];
-    int bin = (int)x;
-    return bin < BIN_COUNT ? bin : BIN_COUNT - 1;
+    if (!(x >= 1.0f)) // also where the difference overflows and the scale is 0
+        return 0;
+    return x < (float)BIN_COUNT ? (int)x : BIN_COUNT - 1;
 }
 
 static void range_boxes(const CoBuildPrim *prims, size_t count, CoBox *box, CoBox *centroids)

@@ -122,6 +122,29 @@ static void make_room(Room *room)
         room->tris += room->objects[room->instances[i].object].mesh->tri_count;
 }
 
+// The same triangles as one mesh in world space.
+static CoMesh flatten(const Room *room)
+{
+    size_t point = 0, index = 0;
+    float *points = malloc(9 * sizeof(float) * room->tris);
+    uint32_t *indices = malloc(3 * sizeof(uint32_t) * room->tris);
+    CoMesh flat = {.points = points, .indices = indices};
+    flat.box_min = co_vec3(-9.0f, -9.0f, -9.0f);
+    flat.box_max = co_vec3(9.0f, 9.0f, 9.0f);
+    for (uint32_t i = 0; i <= FURNITURE; i++) {
+        const CoMesh *mesh = room->objects[room->instances[i].object].mesh;
+        for (uint32_t k = 0; k < 3 * mesh->tri_count; k++)
+            indices[index++] = (uint32_t)point + mesh->indices[k];
+        for (uint32_t p = 0; p < mesh->point_count; p++)
+            co_vec3_store(
+                points + 3 * point++,
+                co_affine_point(&room->instances[i].to_group, co_vec3_load(mesh->points + 3 * p)));
+    }
+    flat.point_count = (uint32_t)point;
+    flat.tri_count = (uint32_t)room->tris;
+    return flat;
+}
+
 static CoRayBatch alloc_rays(void)
 {
     CoRayBatch rays = {.count = RAYS, .capacity = RAYS};
@@ -237,27 +260,21 @@ static void diffuse_rays(const CoRayBatch *from, const CoHitBatch *hits, CoRayBa
 }
 
 #ifdef BENCH_EMBREE
-// The whole room as one mesh: the best case for a tracer without instances.
-static RTCScene embree_scene(const Room *room)
+static RTCScene embree_scene(const CoMesh *mesh)
 {
     RTCDevice device = rtcNewDevice("threads=1");
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
-    for (uint32_t i = 0; i <= FURNITURE; i++) {
-        const CoMesh *mesh = room->objects[room->instances[i].object].mesh;
-        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        float *points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                RTC_FORMAT_FLOAT3, 12, mesh->point_count);
-        uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                    RTC_FORMAT_UINT3, 12, mesh->tri_count);
-        memcpy(indices, mesh->indices, 12 * (size_t)mesh->tri_count);
-        for (uint32_t p = 0; p < mesh->point_count; p++)
-            co_vec3_store(points + 3 * p, co_affine_point(&room->instances[i].to_group,
-                                                          co_vec3_load(mesh->points + 3 * p)));
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene, geometry);
-    }
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    float *points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                            12, mesh->point_count);
+    uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                RTC_FORMAT_UINT3, 12, mesh->tri_count);
+    memcpy(points, mesh->points, 12 * (size_t)mesh->point_count);
+    memcpy(indices, mesh->indices, 12 * (size_t)mesh->tri_count);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
     rtcCommitScene(scene);
     return scene;
 }
@@ -298,38 +315,42 @@ static void report(const char *name, double seconds, const CoTraverseStats *s)
     printf("\n");
 }
 
-static void run(const Room *room, const char *title, const CoRayBatch *rays, CoHitBatch *hits,
-                int rounds)
+// Kernels: by instruction set, single then grouped, in instances; then grouped in one mesh.
+static void run(const Room *room, const Room *flat, const char *title, const CoRayBatch *rays,
+                CoHitBatch *hits, int rounds)
 {
     const char *const isas[4] = {"scalar", "sse42", "avx2", "avx512"};
-    CoTraverseStats stats[8];
-    double best[9];
-    for (int k = 0; k < 9; k++)
+    const char *const modes[3] = {"single", "grouped", "one mesh"};
+    CoTraverseStats stats[12];
+    double best[13];
+    for (int k = 0; k < 13; k++)
         best[k] = 1e30;
 #ifdef BENCH_EMBREE
-    RTCScene embree = embree_scene(room);
+    RTCScene embree = embree_scene(&flat->meshes[0]);
 #endif
     for (int round = 0; round < rounds; round++) {
-        for (int k = 0; k < 8; k++) {
-            const CoAccelKernels *kernels = co_accel_kernels(isas[k / 2]);
+        for (int k = 0; k < 12; k++) {
+            const CoAccelKernels *kernels = co_accel_kernels(isas[k / 3]);
+            const CoAccelScene *scene = k % 3 == 2 ? &flat->scene : &room->scene;
             if (kernels)
                 best[k] =
-                    fmin(best[k], time_kernel(kernels, &room->scene, rays, hits, k % 2, &stats[k]));
+                    fmin(best[k], time_kernel(kernels, scene, rays, hits, k % 3 != 0, &stats[k]));
         }
 #ifdef BENCH_EMBREE
-        best[8] = fmin(best[8], time_embree(embree, rays, hits));
+        best[12] = fmin(best[12], time_embree(embree, rays, hits));
 #endif
     }
     printf("%s\n", title);
-    for (int k = 0; k < 8; k++) {
+    for (int k = 0; k < 12; k++) {
         char name[32];
-        snprintf(name, sizeof name, "%s %s", isas[k / 2], k % 2 ? "grouped" : "single");
+        snprintf(name, sizeof name, "%s %s", isas[k / 3], modes[k % 3]);
         if (best[k] < 1e30)
             report(name, best[k], &stats[k]);
     }
-    if (best[8] < 1e30) {
-        report("embree single", best[8], NULL);
-        printf("  ratio to embree: avx2 %.2f, avx512 %.2f\n", best[8] / best[5], best[8] / best[7]);
+    if (best[12] < 1e30) {
+        report("embree one mesh", best[12], NULL);
+        printf("  embree's time by ours: avx2 %.2f, one mesh %.2f; avx512 %.2f, one mesh %.2f\n",
+               best[12] / best[7], best[12] / best[8], best[12] / best[10], best[12] / best[11]);
     }
 }
 
@@ -346,16 +367,30 @@ int main(int argc, char **argv)
     }
     printf("%zu triangles, %zu of them distinct, %.1f bytes each\n", room.tris, own,
            (double)bytes / (double)own);
+    Room flat;
+    memset(&flat, 0, sizeof flat);
+    flat.meshes[0] = flatten(&room);
+    flat.objects[0] = (CoObject){.mesh = &flat.meshes[0],
+                                 .bvh = co_bvh_create(&flat.meshes[0], NULL),
+                                 .box_min = flat.meshes[0].box_min,
+                                 .box_max = flat.meshes[0].box_max};
+    flat.instances[0] = place(0, 0.0f, co_vec3_splat(1.0f), co_vec3_splat(0.0f));
+    flat.objects[1] = (CoObject){.top = co_top_create(flat.instances, 1, flat.objects, NULL),
+                                 .instances = flat.instances,
+                                 .instance_count = 1};
+    flat.scene = (CoAccelScene){flat.objects, 2, 1};
+    printf("as one mesh %.1f bytes each\n",
+           (double)co_bvh_bytes(flat.objects[0].bvh) / (double)room.tris);
     CoRayBatch camera = alloc_rays(), diffuse = alloc_rays();
     CoHitBatch hits = alloc_hits();
     camera_rays(&camera);
-    run(&room, "camera rays", &camera, &hits, rounds);
+    run(&room, &flat, "camera rays", &camera, &hits, rounds);
     diffuse_rays(&camera, &hits, &diffuse, true);
-    run(&room, "diffuse rays, sorted", &diffuse, &hits, rounds);
+    run(&room, &flat, "diffuse rays, sorted", &diffuse, &hits, rounds);
     camera_rays(&camera);
     CoTraverseStats stats;
     time_kernel(co_accel_kernels(NULL), &room.scene, &camera, &hits, true, &stats);
     diffuse_rays(&camera, &hits, &diffuse, false);
-    run(&room, "diffuse rays, unsorted", &diffuse, &hits, rounds);
+    run(&room, &flat, "diffuse rays, unsorted", &diffuse, &hits, rounds);
     return 0;
 }

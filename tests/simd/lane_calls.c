@@ -1,0 +1,37 @@
+#include "lane_calls.h"
+
+#include "simd/lane.h"
+
+// One bit of a mask, as a float per lane.
+static void store_mask(float *out, CoLaneMask mask)
+{
+    uint32_t bits = co_lane_bits(mask);
+    for (int i = 0; i < CO_LANE_WIDTH; i++)
+        out[i] = (float)(bits >> i & 1u);
+}
+
+void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table,
+                              const uint8_t *index, uint32_t count, float *out)
+{
+    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
+        CoLane x = co_lane_load(a + i), y = co_lane_load(b + i);
+        CoLaneMask less = co_lane_lt(x, y), same = co_lane_le(x, y);
+        float *at = out + i;
+        co_lane_store(at, co_lane_add(x, y));
+        co_lane_store(at += count, co_lane_sub(x, y));
+        co_lane_store(at += count, co_lane_mul(x, y));
+        co_lane_store(at += count, co_lane_div(x, y));
+        co_lane_store(at += count, co_lane_min(x, y));
+        co_lane_store(at += count, co_lane_max(x, y));
+        co_lane_store(at += count, co_lane_abs(x));
+        co_lane_store(at += count, co_lane_copysign(x, y));
+        store_mask(at += count, less);
+        store_mask(at += count, same);
+        store_mask(at += count, co_lane_ne(x, y));
+        store_mask(at += count, co_lane_and(less, same));
+        store_mask(at += count, co_lane_or(less, co_lane_lt(y, x)));
+        co_lane_store(at += count, co_lane_select(less, x, y));
+        co_lane_store(at += count, co_lane_lookup8(table, index + i));
+        co_lane_store(at += count, co_lane_clamp(x, co_lane_set1(-1.0f), co_lane_set1(2.0f)));
+    }
+}

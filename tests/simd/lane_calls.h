@@ -1,0 +1,22 @@
+// Every lane operation over arrays, for each instruction set.
+
+#ifndef TESTS_SIMD_LANE_CALLS_H
+#define TESTS_SIMD_LANE_CALLS_H
+
+#include <stdint.h>
+
+enum {
+    LANE_CALL_COUNT = 16 // operations
+};
+
+// Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at
+// out[operation * count + i]. index holds numbers below 8, table 8 floats.
+typedef void LaneCalls(const float *a, const float *b, const float *table, const uint8_t *index,
+                       uint32_t count, float *out);
+
+LaneCalls lane_calls_scalar;
+LaneCalls lane_calls_sse42;
+LaneCalls lane_calls_avx2;
+LaneCalls lane_calls_avx512;
+
+#endif
