@@ -68,8 +68,7 @@ typedef struct CoTexCoord {
 void co_mesh_texcoord(const CoMesh *mesh, int primvar, uint32_t tri, float u, float v,
                       CoTexCoord *out);
 
-// UsdGeom implicits as meshes: fills `desc` with arrays allocated from `arena`. axis: 0 x, 1 y, 2 z.
-// The surfaces are limit surfaces of nothing: polygons with smooth normals as a face-varying primvar.
+// UsdGeom's implicit shapes, made into meshes by implicit.h.
 typedef enum CoImplicit {
     CO_IMPLICIT_SPHERE = 0,
     CO_IMPLICIT_CUBE,
