@@ -432,6 +432,8 @@ static bool parse_known(CoParser *p, CoSpec *spec, const KnownField *known, cons
     CoValue parsed;
     if (!co_parse_value(p, known->type, known->is_array, &parsed))
         return false;
+    if (strcmp(known->name, "framesPerSecond") == 0 && !(*(const double *)parsed.data > 0.0))
+        return co_parse_fail(p, at, "found a framesPerSecond that is not above 0");
     CoValue *value = co_parse_field(p, spec, known->name, at);
     if (value)
         *value = parsed;

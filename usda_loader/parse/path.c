@@ -1,6 +1,6 @@
 // Paths as text: /Prim{set=choice}Child.namespaced:property[/target].attribute
 //
-//   path     = "/" | ["/"] prims [properties] | "." | ups ["/" prims] [properties] | properties
+//   path     = "/" | ["/"] prims [properties] | ups ["/" prims] [properties] | properties
 //   ups      = ".." ("/" "..")*
 //   prims    = name selection* ("/" name selection* | name after a selection)*
 //   selection = "{" name "=" [choice] "}"
@@ -68,16 +68,20 @@ static bool check_prims(CoScan *scan, CoPathInfo *info)
 static bool check_properties(CoScan *scan, CoPathInfo *info, int depth)
 {
     CoSlice name;
+    bool is_mapper = false;
     if (!co_scan_char(scan, '.') || !co_scan_namespaced(scan, &name))
         return false;
     info->is_property = true;
-    if (co_scan_char(scan, '.') && !co_scan_namespaced(scan, &name))
-        return false;
+    if (co_scan_char(scan, '.')) {
+        is_mapper = co_scan_word(scan, "mapper");
+        if (is_mapper ? co_scan_peek(scan) != '[' : !co_scan_word(scan, "expression"))
+            return false;
+    }
     while (co_scan_char(scan, '[')) {
         CoPathInfo target = {0};
         if (!check_path(scan, &target, depth + 1) || !co_scan_char(scan, ']'))
             return false;
-        info->is_target = !(name.length == 6 && co_slice_is(name, "mapper"));
+        info->is_target = !is_mapper;
         if (co_scan_char(scan, '.')) {
             info->is_target = false;
             if (!co_scan_namespaced(scan, &name))
@@ -104,10 +108,6 @@ static bool check_path(CoScan *scan, CoPathInfo *info, int depth)
         if (!more)
             return co_scan_peek(scan) != '.' || check_properties(scan, info, depth);
     } else if (co_scan_peek(scan) == '.') {
-        if (scan->end - scan->at == 1) {
-            scan->at++;
-            return true;
-        }
         return check_properties(scan, info, depth);
     }
     if (!more)
@@ -145,8 +145,6 @@ static bool make_absolute(CoParser *p, const char *at, CoSlice path, const char 
         if (rest < end && *rest == '/')
             rest++;
     }
-    if (end - rest == 1 && *rest == '.')
-        rest++;
     size_t length = base + 1 + (size_t)(end - rest);
     if (!co_parse_scratch(p, length + 1))
         return false;

@@ -128,13 +128,16 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
     co_scan_space(&p->scan);
     if (!set || !co_parse_char(p, '{'))
         return false;
-    for (;;) {
+    // "{}" may stand for no variants, but not with anything between.
+    bool done = co_scan_char(&p->scan, '}');
+    while (!done) {
         co_scan_space(&p->scan);
-        if (co_scan_char(&p->scan, '}'))
-            return true;
         if (!parse_variant(p, set))
             return false;
+        co_scan_space(&p->scan);
+        done = co_scan_char(&p->scan, '}');
     }
+    return true;
 }
 
 // ---- Prims

@@ -136,7 +136,10 @@ static bool parse_typed(CoParser *p, const CoSpec *attribute, CoValue *out)
         *out = (CoValue){.type = COHORT_TYPE_BLOCK};
         return true;
     }
-    if (!co_type_from_name(attribute->type_name, strlen(attribute->type_name), &type, &is_array))
+    bool known =
+        co_type_from_name(attribute->type_name, strlen(attribute->type_name), &type, &is_array);
+    // A path stands for itself whatever the type.
+    if (!known || (!is_array && co_scan_peek(&p->scan) == '<'))
         return co_parse_opaque(p, out);
     return co_parse_value(p, type, is_array, out);
 }

@@ -114,26 +114,12 @@ static bool store_number(CoScalar scalar, const CoNumber *number, void *out)
     return fits;
 }
 
-// Strings take paths too, and asset paths take strings.
+// Asset paths may be written as strings.
 static bool parse_text(CoParser *p, CoScalar scalar, CohortString *out)
 {
     int c = co_scan_peek(&p->scan);
     if (scalar == CO_SCALAR_ASSET && c == '@')
         return co_parse_asset(p, out);
-    if (c == '<' && scalar == CO_SCALAR_STRING) {
-        CoPathInfo info;
-        const char *path;
-        CoSlice slice = {p->scan.at + 1, 0};
-        if (!co_parse_path(p, &path, &info))
-            return false;
-        slice.length = (size_t)(p->scan.at - slice.begin) - 1;
-        char *text = co_parse_alloc(p, slice.length + 1, 1);
-        if (!text)
-            return false;
-        memcpy(text, slice.begin, slice.length);
-        *out = (CohortString){text, slice.length};
-        return true;
-    }
     if (c != '"' && c != '\'')
         return wrong(p, p->scan.at, scalar);
     return co_parse_string(p, out);
