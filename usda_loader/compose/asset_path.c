@@ -1,0 +1,72 @@
+// Where an asset path leads: relative to the layer that says it.
+
+#include "compose/composer.h"
+
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+bool co_asset_exists(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0;
+}
+
+// Resolves "." and ".." in place, in an absolute path.
+static size_t normalize(char *path, size_t length)
+{
+    size_t out = 0, at = 0;
+    while (at < length) {
+        while (at < length && path[at] == '/')
+            at++;
+        size_t end = at;
+        while (end < length && path[end] != '/')
+            end++;
+        size_t size = end - at;
+        if (size == 2 && path[at] == '.' && path[at + 1] == '.') {
+            while (out > 0 && path[--out] != '/')
+                ;
+        } else if (size > 0 && !(size == 1 && path[at] == '.')) {
+            path[out++] = '/';
+            memmove(path + out, path + at, size);
+            out += size;
+        }
+        at = end;
+    }
+    if (out == 0)
+        path[out++] = '/';
+    return out;
+}
+
+static const char *join(CoComposer *c, const char *folder, size_t folder_length, const char *name)
+{
+    size_t length = strlen(name), total = folder_length + 1 + length;
+    char small[1024];
+    char *path = total < sizeof small ? small : co_composer_alloc(c, total + 1);
+    if (folder_length)
+        memcpy(path, folder, folder_length);
+    path[folder_length] = '/';
+    memcpy(path + folder_length + 1, name, length);
+    return co_composer_need(c, co_token(path, normalize(path, total)));
+}
+
+const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored)
+{
+    if (!*authored)
+        return co_composer_need(c, co_token("", 0));
+    if (authored[0] == '/')
+        return join(c, "", 0, authored);
+    char current[4096];
+    const char *folder = current;
+    size_t length;
+    const char *slash = layer ? strrchr(layer->path, '/') : NULL;
+    if (slash) {
+        folder = layer->path;
+        length = (size_t)(slash - layer->path);
+    } else {
+        if (!getcwd(current, sizeof current))
+            current[0] = 0;
+        length = strlen(current);
+    }
+    return join(c, folder, length, authored);
+}

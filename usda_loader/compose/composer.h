@@ -1,0 +1,150 @@
+// What one opening of a stage works with: memory, paths, layers, layer stacks and sites, all cached.
+//
+// Memory: everything is in `arena` and lives as long as the stage. Running out of it anywhere below
+// leaves composition by co_composer_fail, a long jump to co_compose_guard's caller: there is nothing to
+// unwind but the arena and the layers, which the stage frees. Threads: one.
+
+#ifndef CO_COMPOSE_COMPOSER_H
+#define CO_COMPOSE_COMPOSER_H
+
+#include "compose/map.h"
+#include "parse/layer.h"
+
+#include <setjmp.h>
+
+// Field names, interned once.
+#define CO_FIELD_NAMES(X)                                                                          \
+    X(references)                                                                                  \
+    X(payload)                                                                                     \
+    X(inheritPaths)                                                                                \
+    X(specializes)                                                                                 \
+    X(variantSetNames)                                                                             \
+    X(variantSelection)                                                                            \
+    X(subLayers)                                                                                   \
+    X(relocates)                                                                                   \
+    X(expressionVariables)                                                                         \
+    X(defaultPrim)                                                                                 \
+    X(timeCodesPerSecond)                                                                          \
+    X(framesPerSecond)                                                                             \
+    X(primOrder)                                                                                   \
+    X(propertyOrder)                                                                               \
+    X(active)                                                                                      \
+    X(instanceable)                                                                                \
+    X(kind)                                                                                        \
+    X(apiSchemas)                                                                                  \
+    X(timeSamples)                                                                                 \
+    X(spline)                                                                                      \
+    X(targetPaths)                                                                                 \
+    X(connectionPaths)                                                                             \
+    X(xformOpOrder)                                                                                \
+    X(clips)                                                                                       \
+    X(clipSets)
+
+typedef struct CoFieldNames {
+#define CO_FIELD_MEMBER(name) const char *name;
+    CO_FIELD_NAMES(CO_FIELD_MEMBER)
+#undef CO_FIELD_MEMBER
+    const char *default_value; // "default"
+} CoFieldNames;
+
+// One layer, read once. `layer` is NULL if it could not be read.
+typedef struct CoLayerFile {
+    const char *path; // token: absolute and normalised
+    CoLayer *layer;
+    double time_codes_per_second;
+    size_t index; // in order of first use
+} CoLayerFile;
+
+typedef struct CoStackLayer {
+    const CoLayerFile *file;
+    double offset, scale; // from the layer's time to the stack's
+} CoStackLayer;
+
+// One relocate as composition uses it; without a target the source is removed.
+typedef struct CoMove {
+    const CoPath *source, *target;
+} CoMove;
+
+typedef struct CoVariable {
+    const char *name; // token
+    const CoValue *value;
+} CoVariable;
+
+// The values that variable expressions see; those of the referencing stack win.
+typedef struct CoVariables {
+    const CoVariable *items;
+    size_t count;
+} CoVariables;
+
+// A root layer and its sublayers, strongest first.
+typedef struct CoStack {
+    const CoLayerFile *root;
+    const CoVariables *overrides; // of the stack that refers to this one
+    const CoVariables *variables; // NULL: none
+    CoStackLayer *layers;
+    size_t layer_count;
+    CoMove *relocates; // incremental: each says one move
+    size_t relocate_count;
+} CoStack;
+
+typedef struct CoSite CoSite;
+
+typedef struct CoComposer {
+    CoArena arena;
+    CoArena scratch; // graphs and tasks; marked and rewound by whoever walks the stage
+    CoPathTable paths;
+    CohortStageOptions options;
+    CohortError *err;
+    jmp_buf escape;
+    CoFieldNames names;
+    CoLayerFile **files;
+    size_t file_count, file_capacity;
+    CoStack **stacks;
+    size_t stack_count, stack_capacity;
+    CoSite **sites; // open addressing over (stack, path)
+    size_t site_count, site_capacity;
+    bool is_strict_failure; // strict, and something was reported
+} CoComposer;
+
+bool co_composer_init(CoComposer *c, const CohortStageOptions *options, CohortError *err);
+void co_composer_clear(CoComposer *c);
+
+// Leaves composition with an error set. Never returns.
+_Noreturn void co_composer_fail(CoComposer *c, CohortErrorCode code, const char *text);
+
+// Zeroed memory; never NULL.
+void *co_composer_alloc(CoComposer *c, size_t size);
+void *co_composer_array(CoComposer *c, size_t count, size_t size);
+
+void *co_composer_scratch(CoComposer *c, size_t count, size_t size);
+
+// Room for one more element in an array that doubles; *capacity is in elements.
+void *co_composer_grow(CoComposer *c, void *items, size_t count, size_t *capacity, size_t size);
+
+// Asserts that a path, map or token could be made.
+const void *co_composer_need(CoComposer *c, const void *made);
+
+// Something in the input that composition goes on without. `path` and `layer` may be NULL.
+void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, const CoPath *path,
+                      const char *format, ...) __attribute__((format(printf, 5, 6)));
+
+// The layer at an absolute path: read at first use. NULL when it cannot be read; *err then says why.
+const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortError *err);
+
+// The stack of a root layer as seen from a stack with these variables (NULL: none).
+CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides);
+
+// A field of a layer's own metadata.
+const CoField *co_layer_field(const CoLayerFile *file, const char *name);
+
+// Path, relative to the layer that says it, without looking for the file: absolute and normalised. A
+// plain "search" path that does not exist beside the layer stays as written. Token.
+const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored);
+bool co_asset_exists(const char *path);
+
+// Evaluates `"${VAR}"`-like text between backquotes. Text that is no expression comes back as it is.
+// NULL after a warning when it is malformed or names an unknown variable.
+const char *co_expression_evaluate(CoComposer *c, const CoVariables *variables, const char *text,
+                                   const char **why);
+
+#endif

@@ -1,0 +1,305 @@
+// Variable expressions: `"${NAME}/rest"` between backquotes, in asset paths and variant selections.
+//
+// Read are strings in either kind of quotes with ${NAME} in them, a bare ${NAME}, and the functions
+// if, and, or, not, eq, neq, lt, leq, gt, geq, contains, at, len, defined over strings, integers and
+// booleans. Lists and anything else are refused by name.
+
+#include "compose/composer.h"
+#include "compose/fields.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+typedef enum CoTermKind {
+    CO_TERM_NONE = 0,
+    CO_TERM_STRING,
+    CO_TERM_INT,
+    CO_TERM_BOOL
+} CoTermKind;
+
+typedef struct CoTerm {
+    CoTermKind kind;
+    const char *text;
+    int64_t number; // also for booleans
+} CoTerm;
+
+#define MAX_ARGUMENTS 16
+#define MAX_NESTING 32
+
+typedef struct CoExpression {
+    CoComposer *c;
+    const CoVariables *variables;
+    const char *at, *end;
+    const char *why; // NULL while all is well
+    int nesting;
+} CoExpression;
+
+static CoTerm fail(CoExpression *x, const char *why)
+{
+    if (!x->why)
+        x->why = why;
+    return (CoTerm){0};
+}
+
+static void skip_space(CoExpression *x)
+{
+    while (x->at < x->end && (*x->at == ' ' || *x->at == '\t'))
+        x->at++;
+}
+
+static bool take(CoExpression *x, char ch)
+{
+    skip_space(x);
+    if (x->at >= x->end || *x->at != ch)
+        return false;
+    x->at++;
+    return true;
+}
+
+static bool is_word(char ch)
+{
+    return (ch >= 'a' && ch <= 'z') || (ch >= 'A' && ch <= 'Z') || (ch >= '0' && ch <= '9') ||
+           ch == '_';
+}
+
+static CoTerm parse_term(CoExpression *x);
+
+static CoTerm evaluate_nested(CoExpression *x, const char *text)
+{
+    if (x->nesting >= MAX_NESTING)
+        return fail(x, "variables refer to each other without end");
+    CoExpression inner = {x->c, x->variables, text, text + strlen(text), NULL, x->nesting + 1};
+    CoTerm term = parse_term(&inner);
+    skip_space(&inner);
+    if (!inner.why && inner.at != inner.end)
+        inner.why = "text after the end of an expression";
+    return inner.why ? fail(x, inner.why) : term;
+}
+
+static const CoValue *find_variable(const CoExpression *x, const char *name, size_t length)
+{
+    for (size_t i = 0; x->variables && i < x->variables->count; i++) {
+        const char *other = x->variables->items[i].name;
+        if (strlen(other) == length && !memcmp(other, name, length))
+            return x->variables->items[i].value;
+    }
+    return NULL;
+}
+
+static CoTerm value_term(CoExpression *x, const CoValue *value)
+{
+    const CohortString *text = co_value_text(value);
+    double number;
+    if (text) {
+        size_t n = text->length;
+        if (n < 2 || text->text[0] != '`' || text->text[n - 1] != '`')
+            return (CoTerm){CO_TERM_STRING, text->text, 0};
+        char *inner = co_arena_string(&x->c->arena, text->text + 1, n - 2);
+        co_composer_need(x->c, inner);
+        return evaluate_nested(x, inner);
+    }
+    if (value->type == COHORT_TYPE_BLOCK)
+        return (CoTerm){0};
+    if (!co_value_double(value, &number))
+        return fail(x, "a variable is neither string, integer nor boolean");
+    return (CoTerm){value->type == COHORT_TYPE_BOOL ? CO_TERM_BOOL : CO_TERM_INT, NULL,
+                    (int64_t)number};
+}
+
+// After "${".
+static CoTerm parse_variable(CoExpression *x)
+{
+    const char *start = x->at;
+    while (x->at < x->end && is_word(*x->at))
+        x->at++;
+    size_t length = (size_t)(x->at - start);
+    if (!length || x->at >= x->end || *x->at != '}')
+        return fail(x, "a variable's name must stand in ${...}");
+    x->at++;
+    const CoValue *value = find_variable(x, start, length);
+    return value ? value_term(x, value) : fail(x, "it names a variable that has no value");
+}
+
+typedef struct CoText {
+    char *bytes;
+    size_t count, capacity;
+} CoText;
+
+static void put(CoExpression *x, CoText *text, const char *bytes, size_t count)
+{
+    if (text->count + count + 1 > text->capacity) {
+        size_t capacity = 2 * (text->count + count + 1);
+        char *grown = co_composer_alloc(x->c, capacity);
+        if (text->count)
+            memcpy(grown, text->bytes, text->count);
+        text->bytes = grown;
+        text->capacity = capacity;
+    }
+    if (count)
+        memcpy(text->bytes + text->count, bytes, count);
+    text->count += count;
+    text->bytes[text->count] = 0;
+}
+
+static CoTerm parse_string(CoExpression *x, char quote)
+{
+    CoText text = {0};
+    put(x, &text, "", 0);
+    while (x->at < x->end && *x->at != quote) {
+        if (*x->at == '\\' && x->at + 1 < x->end) {
+            put(x, &text, x->at + 1, 1);
+            x->at += 2;
+        } else if (*x->at == '$' && x->at + 1 < x->end && x->at[1] == '{') {
+            x->at += 2;
+            CoTerm term = parse_variable(x);
+            if (x->why)
+                return term;
+            if (term.kind != CO_TERM_STRING && term.kind != CO_TERM_NONE)
+                return fail(x, "a variable within a string must be a string");
+            if (term.text)
+                put(x, &text, term.text, strlen(term.text));
+        } else {
+            put(x, &text, x->at++, 1);
+        }
+    }
+    if (x->at >= x->end)
+        return fail(x, "a string has no end");
+    x->at++;
+    return (CoTerm){CO_TERM_STRING, text.bytes, 0};
+}
+
+static CoTerm truth(bool is_true)
+{
+    return (CoTerm){CO_TERM_BOOL, NULL, is_true};
+}
+
+static bool is_call(const char *name, size_t length, const char *wanted)
+{
+    return strlen(wanted) == length && !memcmp(name, wanted, length);
+}
+
+static CoTerm compare(CoExpression *x, const char *name, size_t length, const CoTerm *a)
+{
+    if (a[0].kind != a[1].kind)
+        return fail(x, "two values of different types are compared");
+    int order = a[0].kind == CO_TERM_STRING
+                    ? strcmp(a[0].text, a[1].text)
+                    : (a[0].number > a[1].number) - (a[0].number < a[1].number);
+    if (is_call(name, length, "eq"))
+        return truth(order == 0);
+    if (is_call(name, length, "neq"))
+        return truth(order != 0);
+    if (is_call(name, length, "lt"))
+        return truth(order < 0);
+    if (is_call(name, length, "leq"))
+        return truth(order <= 0);
+    if (is_call(name, length, "gt"))
+        return truth(order > 0);
+    return truth(order >= 0);
+}
+
+static CoTerm call(CoExpression *x, const char *name, size_t length, const CoTerm *a, size_t count)
+{
+    if (is_call(name, length, "if") && (count == 2 || count == 3)) {
+        if (a[0].kind != CO_TERM_BOOL)
+            return fail(x, "the condition of if() is no boolean");
+        return a[0].number ? a[1] : count == 3 ? a[2] : (CoTerm){0};
+    }
+    if ((is_call(name, length, "and") || is_call(name, length, "or")) && count >= 2) {
+        bool all = true, any = false;
+        for (size_t i = 0; i < count; i++) {
+            if (a[i].kind != CO_TERM_BOOL)
+                return fail(x, "and() and or() take booleans");
+            all = all && a[i].number;
+            any = any || a[i].number;
+        }
+        return truth(is_call(name, length, "and") ? all : any);
+    }
+    if (is_call(name, length, "not") && count == 1)
+        return a[0].kind == CO_TERM_BOOL ? truth(!a[0].number) : fail(x, "not() takes a boolean");
+    if (is_call(name, length, "len") && count == 1 && a[0].kind == CO_TERM_STRING)
+        return (CoTerm){CO_TERM_INT, NULL, (int64_t)strlen(a[0].text)};
+    if (is_call(name, length, "contains") && count == 2 && a[0].kind == CO_TERM_STRING &&
+        a[1].kind == CO_TERM_STRING)
+        return truth(strstr(a[0].text, a[1].text) != NULL);
+    static const char *const comparisons[] = {"eq", "neq", "lt", "leq", "gt", "geq"};
+    for (size_t i = 0; i < 6 && count == 2; i++)
+        if (is_call(name, length, comparisons[i]))
+            return compare(x, name, length, a);
+    return fail(x, "a function or its arguments are not known");
+}
+
+static CoTerm parse_call(CoExpression *x, const char *name, size_t length)
+{
+    CoTerm arguments[MAX_ARGUMENTS];
+    size_t count = 0;
+    bool asks_defined = is_call(name, length, "defined"), all_defined = true;
+    while (!x->why && !take(x, ')')) {
+        if (count && !take(x, ','))
+            return fail(x, "arguments must be separated by commas");
+        if (count == MAX_ARGUMENTS)
+            return fail(x, "a function has too many arguments");
+        arguments[count++] = parse_term(x);
+        if (asks_defined && arguments[count - 1].kind == CO_TERM_STRING)
+            all_defined &= find_variable(x, arguments[count - 1].text,
+                                         strlen(arguments[count - 1].text)) != NULL;
+    }
+    if (x->why)
+        return (CoTerm){0};
+    return asks_defined ? truth(all_defined && count) : call(x, name, length, arguments, count);
+}
+
+static CoTerm parse_term(CoExpression *x)
+{
+    if (++x->nesting > MAX_NESTING)
+        return fail(x, "it is nested too deeply");
+    CoTerm term = {0};
+    skip_space(x);
+    if (x->at >= x->end) {
+        term = fail(x, "an expression is empty");
+    } else if (*x->at == '"' || *x->at == '\'') {
+        char quote = *x->at++;
+        term = parse_string(x, quote);
+    } else if (*x->at == '$' && x->at + 1 < x->end && x->at[1] == '{') {
+        x->at += 2;
+        term = parse_variable(x);
+    } else {
+        const char *start = x->at;
+        if (*x->at == '-')
+            x->at++;
+        while (x->at < x->end && is_word(*x->at))
+            x->at++;
+        size_t length = (size_t)(x->at - start);
+        if (is_call(start, length, "True") || is_call(start, length, "true"))
+            term = truth(true);
+        else if (is_call(start, length, "False") || is_call(start, length, "false"))
+            term = truth(false);
+        else if (is_call(start, length, "None") || is_call(start, length, "none"))
+            term = (CoTerm){0};
+        else if (length && (*start == '-' || (*start >= '0' && *start <= '9')))
+            term = (CoTerm){CO_TERM_INT, NULL, strtoll(start, NULL, 10)};
+        else if (length && take(x, '('))
+            term = parse_call(x, start, length);
+        else
+            term = fail(x, "it is no expression");
+    }
+    x->nesting--;
+    return term;
+}
+
+const char *co_expression_evaluate(CoComposer *c, const CoVariables *variables, const char *text,
+                                   const char **why)
+{
+    size_t length = strlen(text);
+    if (length < 2 || text[0] != '`' || text[length - 1] != '`')
+        return text;
+    CoExpression x = {c, variables, text + 1, text + length - 1, NULL, 0};
+    CoTerm term = parse_term(&x);
+    skip_space(&x);
+    if (!x.why && x.at != x.end)
+        x.why = "text after the end of an expression";
+    if (!x.why && term.kind != CO_TERM_STRING && term.kind != CO_TERM_NONE)
+        x.why = "the expression is no string";
+    *why = x.why;
+    return x.why ? NULL : term.text ? term.text : "";
+}

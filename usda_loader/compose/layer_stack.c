@@ -1,0 +1,237 @@
+// Layers read once each, and the stacks that sublayers make of them.
+
+#include "compose/composer.h"
+#include "compose/fields.h"
+
+#include "base/error.h"
+
+#include <math.h>
+#include <string.h>
+
+const CoField *co_layer_field(const CoLayerFile *file, const char *name)
+{
+    return file->layer ? co_spec_field(file->layer->root, name) : NULL;
+}
+
+static double layer_number(const CoLayerFile *file, const char *name)
+{
+    const CoField *field = co_layer_field(file, name);
+    double number;
+    return field && co_value_double(&field->value, &number) && number > 0 ? number : 0;
+}
+
+static double time_codes_per_second(const CoComposer *c, const CoLayerFile *file)
+{
+    double rate = layer_number(file, c->names.timeCodesPerSecond);
+    if (rate == 0)
+        rate = layer_number(file, c->names.framesPerSecond);
+    return rate == 0 ? 24 : rate;
+}
+
+const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortError *err)
+{
+    for (size_t i = 0; i < c->file_count; i++) {
+        if (c->files[i]->path != path)
+            continue;
+        if (!c->files[i]->layer)
+            CO_FAIL(err, COHORT_ERROR_FILE_READ, "it could not be read before");
+        return c->files[i]->layer ? c->files[i] : NULL;
+    }
+    if (c->file_count >= c->options.max_layers)
+        co_composer_fail(c, COHORT_ERROR_LIMIT, "more layers than max_layers allows");
+    c->files =
+        co_composer_grow(c, c->files, c->file_count, &c->file_capacity, sizeof(CoLayerFile *));
+    CoLayerFile *file = co_composer_alloc(c, sizeof *file);
+    file->path = path;
+    file->index = c->file_count;
+    file->layer = co_layer_open(path, &c->options, c->options.report, c->options.cookie, err);
+    c->files[c->file_count++] = file;
+    if (!file->layer) {
+        if (err->code == COHORT_ERROR_OUT_OF_MEMORY)
+            co_composer_fail(c, err->code, err->message);
+        return NULL;
+    }
+    file->time_codes_per_second = time_codes_per_second(c, file);
+    return file;
+}
+
+// ---- Variables --------------------------------------------------------------------------------
+static const CoVariables *stack_variables(CoComposer *c, const CoLayerFile *root,
+                                          const CoVariables *overrides)
+{
+    const CoField *field = co_layer_field(root, c->names.expressionVariables);
+    const CoDict *own = field ? co_value_dict(&field->value) : NULL;
+    if (!own || !own->count)
+        return overrides;
+    size_t most = own->count + (overrides ? overrides->count : 0);
+    CoVariable *items = co_composer_array(c, most, sizeof *items);
+    size_t count = 0;
+    for (size_t i = 0; overrides && i < overrides->count; i++)
+        items[count++] = overrides->items[i];
+    size_t fixed = count;
+    for (size_t i = 0; i < own->count; i++) {
+        bool is_new = true;
+        for (size_t j = 0; j < fixed && is_new; j++)
+            is_new = items[j].name != own->entries[i].key;
+        if (is_new)
+            items[count++] = (CoVariable){own->entries[i].key, own->entries[i].value};
+    }
+    CoVariables *out = co_composer_alloc(c, sizeof *out);
+    *out = (CoVariables){items, count};
+    return out;
+}
+
+// ---- Sublayers --------------------------------------------------------------------------------
+typedef struct CoStackWalk {
+    const CoLayerFile *file;
+    const struct CoStackWalk *parent;
+    double offset, scale;
+} CoStackWalk;
+
+static void walk_layers(CoComposer *c, CoStack *stack, size_t *capacity, const CoStackWalk *walk);
+
+static bool is_open_above(const CoStackWalk *walk, const CoLayerFile *file)
+{
+    for (; walk; walk = walk->parent)
+        if (walk->file == file)
+            return true;
+    return false;
+}
+
+static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const CoStackWalk *walk,
+                          const CoArc *sublayer)
+{
+    const char *why = NULL;
+    const char *asset =
+        co_expression_evaluate(c, stack->variables, sublayer->asset, &why);
+    if (!asset) {
+        co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@: %s", sublayer->asset,
+                         why);
+        return;
+    }
+    if (!*asset)
+        return;
+    CohortError err = {0};
+    const CoLayerFile *file = co_composer_layer(c, co_asset_anchor(c, walk->file, asset), &err);
+    if (!file) {
+        co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@ is left out: %s",
+                         asset, err.message);
+        return;
+    }
+    if (is_open_above(walk, file)) {
+        co_composer_warn(c, walk->file, sublayer->line, NULL,
+                         "sublayer @%s@ is left out: it leads back to itself", asset);
+        return;
+    }
+    double offset = sublayer->offset, scale = sublayer->scale;
+    if (!isfinite(offset) || !isfinite(scale) || scale == 0) {
+        co_composer_warn(c, walk->file, sublayer->line, NULL,
+                         "sublayer @%s@: its offset is not usable and is ignored", asset);
+        offset = 0;
+        scale = 1;
+    }
+    scale *= walk->file->time_codes_per_second / file->time_codes_per_second;
+    CoStackWalk next = {file, walk, walk->scale * offset + walk->offset, walk->scale * scale};
+    walk_layers(c, stack, capacity, &next);
+}
+
+static void walk_layers(CoComposer *c, CoStack *stack, size_t *capacity, const CoStackWalk *walk)
+{
+    if (stack->layer_count >= c->options.max_layers)
+        co_composer_fail(c, COHORT_ERROR_LIMIT, "more sublayers than max_layers allows");
+    stack->layers =
+        co_composer_grow(c, stack->layers, stack->layer_count, capacity, sizeof(CoStackLayer));
+    stack->layers[stack->layer_count++] = (CoStackLayer){walk->file, walk->offset, walk->scale};
+    const CoField *field = co_layer_field(walk->file, c->names.subLayers);
+    bool has_sublayers = field && field->value.type == COHORT_TYPE_SUBLAYERS;
+    for (size_t i = 0; has_sublayers && i < field->value.count; i++) {
+        CoArc sublayer = ((const CoArc *)field->value.data)[i];
+        if (!sublayer.line)
+            sublayer.line = field->line;
+        walk_sublayer(c, stack, capacity, walk, &sublayer);
+    }
+}
+
+// ---- Relocates --------------------------------------------------------------------------------
+static bool is_relocatable(CoComposer *c, const CoLayerFile *file, const CoField *field,
+                           const CoMove *move)
+{
+    const char *why = NULL;
+    if (!move->source || !move->target)
+        why = "is no prim path";
+    else if (move->source == move->target)
+        why = "leads to itself";
+    else if (co_path_has_prefix(move->source, move->target))
+        why = "would move a prim onto its ancestor";
+    else if (co_path_has_prefix(move->target, move->source))
+        why = "would move a prim below itself";
+    else if (move->source->depth < 2)
+        why = "would move a root prim";
+    if (why)
+        co_composer_warn(c, file, field->line, move->source, "a relocate %s and is ignored", why);
+    return !why;
+}
+
+static bool conflicts(const CoStack *stack, const CoMove *move)
+{
+    for (size_t i = 0; i < stack->relocate_count; i++) {
+        const CoMove *other = &stack->relocates[i];
+        if (other->target == move->target || other->source == move->target ||
+            other->target == move->source)
+            return true;
+    }
+    return false;
+}
+
+static const CoPath *parse_prim_path(CoComposer *c, const char *text)
+{
+    bool malformed;
+    return co_path_parse(&c->paths, text, strlen(text), &c->paths.root, &malformed);
+}
+
+static void read_relocates(CoComposer *c, CoStack *stack, const CoLayerFile *file, size_t *capacity)
+{
+    const CoField *field = co_layer_field(file, c->names.relocates);
+    size_t count = field && field->value.type == COHORT_TYPE_RELOCATES ? field->value.count : 0;
+    const CoRelocate *items = count ? field->value.data : NULL;
+    size_t before = stack->relocate_count;
+    for (size_t i = 0; i < count; i++) {
+        CoMove move = {parse_prim_path(c, items[i].source), parse_prim_path(c, items[i].target)};
+        bool deletes = move.source && !*items[i].target;
+        if (!deletes && !is_relocatable(c, file, field, &move))
+            continue;
+        bool is_overridden = false;
+        for (size_t j = 0; j < before && !is_overridden; j++)
+            is_overridden = stack->relocates[j].source == move.source;
+        if (is_overridden)
+            continue;
+        if (!deletes && conflicts(stack, &move)) {
+            co_composer_warn(c, file, field->line, move.source,
+                             "a relocate contradicts another and is ignored");
+            continue;
+        }
+        stack->relocates = co_composer_grow(c, stack->relocates, stack->relocate_count, capacity,
+                                            sizeof(CoMove));
+        stack->relocates[stack->relocate_count++] = move;
+    }
+}
+
+CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
+{
+    for (size_t i = 0; i < c->stack_count; i++)
+        if (c->stacks[i]->root == root && c->stacks[i]->overrides == overrides)
+            return c->stacks[i];
+    CoStack *stack = co_composer_alloc(c, sizeof *stack);
+    stack->root = root;
+    stack->overrides = overrides;
+    stack->variables = stack_variables(c, root, overrides);
+    size_t capacity = 0, relocate_capacity = 0;
+    CoStackWalk walk = {root, NULL, 0, 1};
+    walk_layers(c, stack, &capacity, &walk);
+    for (size_t i = 0; i < stack->layer_count; i++)
+        read_relocates(c, stack, stack->layers[i].file, &relocate_capacity);
+    c->stacks =
+        co_composer_grow(c, c->stacks, c->stack_count, &c->stack_capacity, sizeof(CoStack *));
+    c->stacks[c->stack_count++] = stack;
+    return stack;
+}

@@ -1,0 +1,400 @@
+#include "compose/prim_index.h"
+
+#include <string.h>
+
+void co_indexer_add_task(CoIndexer *indexer, CoTask task)
+{
+    for (size_t i = 0; i < indexer->task_count; i++) {
+        const CoTask *t = &indexer->tasks[i];
+        if (t->kind == task.kind && t->node == task.node && t->set == task.set &&
+            t->set_path == task.set_path)
+            return;
+    }
+    if (indexer->task_count == indexer->task_capacity) {
+        size_t capacity = indexer->task_capacity ? indexer->task_capacity * 2 : 8;
+        CoTask *tasks = co_composer_scratch(indexer->c, capacity, sizeof *tasks);
+        if (indexer->task_count)
+            memcpy(tasks, indexer->tasks, indexer->task_count * sizeof *tasks);
+        indexer->tasks = tasks;
+        indexer->task_capacity = capacity;
+    }
+    indexer->tasks[indexer->task_count++] = task;
+}
+
+void co_indexer_retry_variants(CoIndexer *indexer)
+{
+    for (size_t i = 0; i < indexer->task_count; i++) {
+        CoTask *task = &indexer->tasks[i];
+        if (task->kind == CO_TASK_VARIANT_WITHOUT_SELECTION)
+            task->kind = CO_TASK_VARIANT;
+        else if (task->kind == CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION)
+            task->kind = CO_TASK_ANCESTRAL_VARIANT;
+    }
+}
+
+const CoPath *co_indexer_stage_path(const CoIndexer *indexer)
+{
+    while (indexer->frame)
+        indexer = indexer->frame->outer;
+    return indexer->graph.nodes[0].site->path;
+}
+
+CoArcKind co_indexer_node_kind(const CoIndexer *indexer, uint32_t node)
+{
+    return node == 0 && indexer->frame ? indexer->frame->kind
+                                       : indexer->graph.nodes[node].link->kind;
+}
+
+// ---- Which tasks a node brings ------------------------------------------------------------------
+static bool has_class_child(const CoGraph *graph, uint32_t node)
+{
+    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
+         i = graph->nodes[i].next_sibling)
+        if (co_arc_is_class(graph->nodes[i].link->kind))
+            return true;
+    return false;
+}
+
+static void add_own_tasks(CoIndexer *indexer, uint32_t node, bool skip_expressed,
+                          bool ancestral_variants)
+{
+    const CoNode *n = &indexer->graph.nodes[node];
+    uint32_t flags = n->site->flags;
+    // Only the index of a stage prim can see all selections.
+    if (!indexer->frame && flags & CO_SITE_VARIANT_SETS)
+        co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_VARIANT_SETS, .node = node});
+    if (!indexer->frame && ancestral_variants)
+        co_indexer_add_task(indexer,
+                            (CoTask){.kind = CO_TASK_ANCESTRAL_VARIANT_SETS, .node = node});
+    if (!skip_expressed) {
+        static const struct {
+            uint32_t flag;
+            CoTaskKind kind;
+        } tasks[] = {{CO_SITE_RELOCATED, CO_TASK_RELOCATES},
+                     {CO_SITE_REFERENCES, CO_TASK_REFERENCES},
+                     {CO_SITE_PAYLOADS, CO_TASK_PAYLOADS},
+                     {CO_SITE_INHERITS, CO_TASK_INHERITS},
+                     {CO_SITE_SPECIALIZES, CO_TASK_SPECIALIZES}};
+        for (size_t i = 0; i < sizeof tasks / sizeof *tasks; i++)
+            if (flags & tasks[i].flag)
+                co_indexer_add_task(indexer, (CoTask){.kind = tasks[i].kind, .node = node});
+    }
+    if (n->link->kind == CO_ARC_RELOCATE)
+        co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_RELOCATES, .node = node});
+}
+
+static void add_tree_tasks(CoIndexer *indexer, uint32_t node, bool skip_expressed,
+                           bool ancestral_variants)
+{
+    for (uint32_t i = indexer->graph.nodes[node].first_child; i != CO_NO_NODE;
+         i = indexer->graph.nodes[i].next_sibling)
+        add_tree_tasks(indexer, i, skip_expressed, ancestral_variants);
+    add_own_tasks(indexer, node, skip_expressed, ancestral_variants);
+}
+
+static void add_arc_tasks(CoIndexer *indexer, uint32_t node, bool has_ancestors)
+{
+    if (co_arc_is_class(indexer->graph.nodes[node].link->kind)) {
+        uint32_t start = co_arc_class_start(indexer, node);
+        if (start != CO_NO_NODE)
+            co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_CLASSES, .node = start});
+    } else if (has_class_child(&indexer->graph, node)) {
+        co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_CLASSES, .node = node});
+    }
+    add_tree_tasks(indexer, node, has_ancestors, has_ancestors);
+}
+
+// ---- Cycles and duplicates ----------------------------------------------------------------------
+static bool is_implied_class(const CoArcSpec *arc)
+{
+    return co_arc_is_class(arc->kind) && arc->parent != arc->origin;
+}
+
+static bool is_implied_under_relocate(const CoIndexer *indexer, const CoArcSpec *arc)
+{
+    if (!is_implied_class(arc))
+        return false;
+    uint32_t node = arc->parent;
+    while (node != CO_NO_NODE) {
+        const CoNode *n = &indexer->graph.nodes[node];
+        if (!co_arc_is_class(n->link->kind) || n->parent == n->origin)
+            return n->link->kind == CO_ARC_RELOCATE;
+        node = n->parent;
+    }
+    return false;
+}
+
+// The site's path as it is called in the frame that encloses `indexer`.
+static const CoPath *path_in_outer(const CoIndexer *indexer, const CoPath *path)
+{
+    const CoPath *here = indexer->graph.nodes[0].site->path;
+    if (!co_path_has_prefix(path, here))
+        return path;
+    return co_composer_need(indexer->c,
+                            co_path_replace_prefix(&indexer->c->paths, path, here,
+                                                   indexer->frame->requested->path));
+}
+
+static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
+{
+    if (arc->kind == CO_ARC_VARIANT || is_implied_under_relocate(indexer, arc))
+        return false;
+    const CoStack *stack = arc->site->stack;
+    const CoPath *path = arc->site->path;
+    uint32_t node = arc->parent;
+    while (true) {
+        for (; node != CO_NO_NODE; node = indexer->graph.nodes[node].parent) {
+            const CoSite *site = indexer->graph.nodes[node].site;
+            if (site->stack == stack && (co_path_has_prefix(site->path, path) ||
+                                         co_path_has_prefix(path, site->path)))
+                return true;
+        }
+        if (!indexer->frame)
+            return false;
+        path = path_in_outer(indexer, path);
+        node = indexer->frame->parent;
+        indexer = indexer->frame->outer;
+    }
+}
+
+static bool is_duplicate(const CoIndexer *indexer, const CoSite *site)
+{
+    const CoPath *path = site->path;
+    while (true) {
+        for (uint32_t i = 0; i < indexer->graph.count; i++) {
+            const CoNode *node = &indexer->graph.nodes[i];
+            if (!node->is_inert && node->site->stack == site->stack && node->site->path == path)
+                return true;
+        }
+        if (!indexer->frame)
+            return false;
+        path = path_in_outer(indexer, path);
+        indexer = indexer->frame->outer;
+    }
+}
+
+// ---- Arcs -----------------------------------------------------------------------------------------
+static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder);
+
+static uint32_t depth_of_frames(const CoFrame *frame)
+{
+    uint32_t depth = 0;
+    for (; frame; frame = frame->outer->frame)
+        depth++;
+    return depth;
+}
+
+uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptions options,
+                            const CoStackLayer *layer, uint32_t line)
+{
+    CoComposer *c = indexer->c;
+    static const char *const kinds[] = {"root",      "inherit", "variant",   "relocate",
+                                        "reference", "payload", "specialize"};
+    if (is_cycle(indexer, arc)) {
+        char text[256];
+        co_path_text(arc->site->path, text, sizeof text);
+        co_composer_warn(c, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
+                         "a %s to <%s> leads back to itself and is left out", kinds[arc->kind],
+                         text);
+        return CO_NO_NODE;
+    }
+    options.skip_duplicates |= indexer->frame && indexer->frame->skip_duplicates;
+    if (options.skip_duplicates && is_duplicate(indexer, arc->site))
+        return CO_NO_NODE;
+    uint32_t made;
+    if (options.has_ancestors && depth_of_frames(indexer->frame) < 64) {
+        CoFrame frame = {indexer, arc->parent, arc->kind, arc->site, options.skip_duplicates};
+        CoIndexer inner = {.c = c, .frame = &frame, .root_depth = indexer->root_depth};
+        build(&inner, arc->site, options.is_placeholder);
+        made = co_graph_graft(c, &indexer->graph, arc, &inner.graph);
+    } else {
+        made = co_graph_insert(c, &indexer->graph, arc);
+        if (options.is_placeholder) {
+            indexer->graph.nodes[made].is_inert = true;
+            indexer->graph.nodes[made].restricted = 1;
+        }
+    }
+    add_arc_tasks(indexer, made, options.has_ancestors);
+    if (!arc->site->path->parent)
+        co_graph_make_inert(&indexer->graph, made, false);
+    return made;
+}
+
+const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath *source,
+                                bool has_root, double offset, double scale)
+{
+    CoComposer *c = indexer->c;
+    const CoSite *site = indexer->graph.nodes[node].site;
+    const CoMap *map = co_map_pair(&c->paths, source, site->path->prim, false, offset, scale);
+    co_composer_need(c, map);
+    size_t count = 0;
+    CoMapPair *pairs = co_composer_scratch(c, site->stack->relocate_count + 1, sizeof *pairs);
+    for (size_t i = 0; i < site->stack->relocate_count; i++) {
+        const CoMove *move = &site->stack->relocates[i];
+        if (move->target && co_path_has_prefix(move->source, site->path->prim))
+            pairs[count++] = (CoMapPair){move->source, move->target};
+    }
+    if (count) {
+        pairs[count++] = (CoMapPair){&c->paths.root, &c->paths.root};
+        const CoMap *moves = co_composer_need(c, co_map_pairs(&c->paths, pairs, count));
+        map = co_composer_need(c, co_map_compose(&c->paths, moves, map));
+    }
+    if (has_root)
+        map = co_composer_need(c, co_map_with_root(&c->paths, map));
+    return map;
+}
+
+// ---- The order of work --------------------------------------------------------------------------
+// Payloads and variants go strongest first, by node, then by the order of their sets.
+static size_t next_task(CoIndexer *indexer)
+{
+    size_t best = 0, ties = 0;
+    for (size_t i = 0; i < indexer->task_count; i++) {
+        if (indexer->tasks[i].kind < indexer->tasks[best].kind) {
+            best = i;
+            ties = 0;
+        }
+        ties += indexer->tasks[i].kind == indexer->tasks[best].kind;
+    }
+    CoTaskKind kind = indexer->tasks[best].kind;
+    if (ties < 2 || (kind < CO_TASK_ANCESTRAL_VARIANT && kind != CO_TASK_PAYLOADS))
+        return best;
+    uint32_t count;
+    uint32_t *order = co_composer_scratch(indexer->c, indexer->graph.count, 2 * sizeof *order);
+    co_graph_order(indexer->c, &indexer->graph, 0, order, &count);
+    uint32_t *rank = order + indexer->graph.count;
+    for (uint32_t i = 0; i < count; i++)
+        rank[order[i]] = i;
+    for (size_t i = 0; i < indexer->task_count; i++) {
+        const CoTask *a = &indexer->tasks[i], *b = &indexer->tasks[best];
+        if (a->kind != kind || i == best)
+            continue;
+        uint32_t depth_a = a->set_path ? a->set_path->depth : 0;
+        uint32_t depth_b = b->set_path ? b->set_path->depth : 0;
+        bool is_first = depth_a != depth_b               ? depth_a < depth_b
+                        : rank[a->node] != rank[b->node] ? rank[a->node] < rank[b->node]
+                                                         : a->set_number < b->set_number;
+        if (is_first)
+            best = i;
+    }
+    return best;
+}
+
+static void run_task(CoIndexer *indexer, const CoTask *task)
+{
+    switch (task->kind) {
+    case CO_TASK_RELOCATES:
+        co_arc_relocates(indexer, task->node);
+        break;
+    case CO_TASK_IMPLIED_RELOCATES:
+        co_arc_implied_relocates(indexer, task->node);
+        break;
+    case CO_TASK_REFERENCES:
+        co_arc_references(indexer, task->node, false);
+        break;
+    case CO_TASK_PAYLOADS:
+        co_arc_references(indexer, task->node, true);
+        break;
+    case CO_TASK_INHERITS:
+        co_arc_inherits(indexer, task->node, CO_ARC_INHERIT);
+        break;
+    case CO_TASK_IMPLIED_CLASSES:
+        co_arc_implied_classes(indexer, task->node);
+        break;
+    case CO_TASK_SPECIALIZES:
+        co_arc_inherits(indexer, task->node, CO_ARC_SPECIALIZE);
+        break;
+    case CO_TASK_ANCESTRAL_VARIANT_SETS:
+        co_arc_variant_sets(indexer, task->node, true);
+        break;
+    case CO_TASK_VARIANT_SETS:
+        co_arc_variant_sets(indexer, task->node, false);
+        break;
+    case CO_TASK_ANCESTRAL_VARIANT:
+    case CO_TASK_VARIANT:
+        co_arc_variant(indexer, task);
+        break;
+    case CO_TASK_VARIANT_WITHOUT_SELECTION:
+    case CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION:
+        break;
+    }
+}
+
+static void run_tasks(CoIndexer *indexer)
+{
+    while (indexer->task_count) {
+        size_t at = next_task(indexer);
+        CoTask task = indexer->tasks[at];
+        if (task.kind >= CO_TASK_VARIANT_WITHOUT_SELECTION)
+            return;
+        indexer->task_count--;
+        memmove(indexer->tasks + at, indexer->tasks + at + 1,
+                (indexer->task_count - at) * sizeof *indexer->tasks);
+        run_task(indexer, &task);
+    }
+}
+
+bool co_prim_index_is_prohibited(const CoGraph *graph)
+{
+    for (uint32_t i = 0; i < graph->count; i++) {
+        const CoNode *node = &graph->nodes[i];
+        if (node->is_inert)
+            continue;
+        for (size_t j = 0; j < node->site->stack->relocate_count; j++)
+            if (node->site->stack->relocates[j].source == node->site->path)
+                return true;
+    }
+    return false;
+}
+
+// The index of a site that is not a stage prim: its ancestors' first.
+static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
+{
+    CoComposer *c = indexer->c;
+    if (!site->path->parent || site->path->selection) {
+        co_graph_init(c, &indexer->graph, site);
+    } else {
+        CoSite *parent = co_site(c, site->stack, site->path->parent);
+        build(indexer, parent, false);
+        co_graph_descend(c, &indexer->graph, site->path->name);
+        indexer->task_count = 0;
+        if (co_prim_index_is_prohibited(&indexer->graph)) {
+            co_graph_make_inert(&indexer->graph, 0, true);
+            return;
+        }
+    }
+    if (is_placeholder)
+        indexer->graph.nodes[0].is_inert = true;
+    if (site->path->parent) {
+        add_tree_tasks(indexer, 0, false, false);
+        run_tasks(indexer);
+    }
+}
+
+void co_prim_index_root(CoComposer *c, CoStack *stack, CoGraph *out)
+{
+    co_graph_init(c, out, co_site(c, stack, &c->paths.root));
+}
+
+static void drop_local_opinions(CoGraph *graph)
+{
+    for (uint32_t i = 0; i < graph->count; i++)
+        if (!graph->nodes[i].is_instanceable)
+            graph->nodes[i].is_inert = true;
+}
+
+void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_instance,
+                         const char *name, CoGraph *out)
+{
+    CoIndexer indexer = {.c = c};
+    co_graph_copy(c, &indexer.graph, parent);
+    if (parent_is_instance)
+        drop_local_opinions(&indexer.graph);
+    co_graph_descend(c, &indexer.graph, name);
+    indexer.root_depth = indexer.graph.nodes[0].site->path->depth;
+    if (!co_prim_index_is_prohibited(&indexer.graph)) {
+        add_tree_tasks(&indexer, 0, false, false);
+        run_tasks(&indexer);
+    }
+    *out = indexer.graph;
+}

@@ -1,0 +1,78 @@
+#include "stage/stage_data.h"
+
+#include "base/hash.h"
+
+#include <string.h>
+
+// The cache is not part of what a stage is, so a const stage may fill it.
+static CohortStage *mutable_stage(const CohortStage *stage)
+{
+    return stage->root.stage;
+}
+
+void co_stage_lock(const CohortStage *stage)
+{
+    pthread_mutex_lock(&mutable_stage(stage)->lock);
+}
+
+void co_stage_unlock(const CohortStage *stage)
+{
+    pthread_mutex_unlock(&mutable_stage(stage)->lock);
+}
+
+void *co_stage_alloc(const CohortStage *stage, size_t count, size_t size)
+{
+    return co_arena_array(&mutable_stage(stage)->answers_arena, count, size);
+}
+
+static bool is_same(const CoQueryKey *a, const CoQueryKey *b)
+{
+    return a->subject == b->subject && a->detail == b->detail && a->number == b->number &&
+           !memcmp(&a->time, &b->time, sizeof a->time);
+}
+
+static CoAnswerSlot *find_slot(CoAnswerSlot *slots, size_t capacity, const CoQueryKey *key)
+{
+    uint64_t time;
+    memcpy(&time, &key->time, sizeof time);
+    uint64_t h = co_hash_combine((uint64_t)(uintptr_t)key->subject, (uint64_t)(uintptr_t)key->detail);
+    h = co_hash_combine(h, key->number ^ time << 1);
+    for (size_t at = h & (capacity - 1);; at = (at + 1) & (capacity - 1))
+        if (!slots[at].is_used || is_same(&slots[at].key, key))
+            return &slots[at];
+}
+
+const CoAnswer *co_stage_find_answer(const CohortStage *stage, const CoQueryKey *key)
+{
+    if (!stage->answer_capacity)
+        return NULL;
+    CoAnswerSlot *slot = find_slot(stage->answers, stage->answer_capacity, key);
+    return slot->is_used ? &slot->answer : NULL;
+}
+
+static bool grow(CohortStage *stage)
+{
+    size_t capacity = stage->answer_capacity ? stage->answer_capacity * 2 : 256;
+    CoAnswerSlot *slots = co_stage_alloc(stage, capacity, sizeof *slots);
+    if (!slots)
+        return false;
+    for (size_t i = 0; i < stage->answer_capacity; i++)
+        if (stage->answers[i].is_used)
+            *find_slot(slots, capacity, &stage->answers[i].key) = stage->answers[i];
+    stage->answers = slots;
+    stage->answer_capacity = capacity;
+    return true;
+}
+
+const CoAnswer *co_stage_keep_answer(const CohortStage *stage, const CoQueryKey *key,
+                                     const CoAnswer *answer)
+{
+    CohortStage *own = mutable_stage(stage);
+    if (2 * own->answer_count >= own->answer_capacity && !grow(own))
+        return NULL;
+    CoAnswerSlot *slot = find_slot(own->answers, own->answer_capacity, key);
+    if (!slot->is_used)
+        own->answer_count++;
+    *slot = (CoAnswerSlot){*key, *answer, true};
+    return &slot->answer;
+}

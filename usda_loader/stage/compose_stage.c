@@ -1,0 +1,382 @@
+// From the root layer to the tree of prims, depth first: one prim index at a time is alive per level.
+
+#include "compose/fields.h"
+#include "compose/list_op.h"
+#include "stage/stage_data.h"
+
+#include "base/hash.h"
+
+#include <string.h>
+
+// ---- Opinions -------------------------------------------------------------------------------------
+static const CoSource *link_sources(CoComposer *c, const CoNode *node)
+{
+    if (node->link->sources)
+        return node->link->sources;
+    const CoStack *stack = node->site->stack;
+    const CoMap *map = node->link->to_root;
+    CoSource *sources = co_composer_array(c, stack->layer_count, sizeof *sources);
+    for (size_t i = 0; i < stack->layer_count; i++) {
+        const CoStackLayer *layer = &stack->layers[i];
+        sources[i] = (CoSource){layer->file, stack, map, map->scale * layer->offset + map->offset,
+                                map->scale * layer->scale};
+    }
+    node->link->sources = sources;
+    return sources;
+}
+
+typedef struct CoOrdered {
+    uint32_t *nodes; // strongest first
+    uint32_t count;
+} CoOrdered;
+
+static CoOrdered order_nodes(CoComposer *c, const CoGraph *graph)
+{
+    CoOrdered out = {co_composer_scratch(c, graph->count, sizeof(uint32_t)), 0};
+    co_graph_order(c, graph, 0, out.nodes, &out.count);
+    return out;
+}
+
+static void gather_opinions(CoComposer *c, CohortPrim *prim, const CoGraph *graph,
+                            const CoOrdered *ordered)
+{
+    size_t count = 0;
+    for (uint32_t i = 0; i < ordered->count; i++) {
+        const CoNode *node = &graph->nodes[ordered->nodes[i]];
+        count += node->is_inert ? 0 : node->site->spec_count;
+    }
+    CoOpinion *opinions = co_composer_array(c, count, sizeof *opinions);
+    prim->opinions = opinions;
+    for (uint32_t i = 0; i < ordered->count; i++) {
+        const CoNode *node = &graph->nodes[ordered->nodes[i]];
+        if (node->is_inert || !node->site->spec_count)
+            continue;
+        const CoSource *sources = link_sources(c, node);
+        for (uint32_t j = 0; j < node->site->spec_count; j++)
+            opinions[prim->opinion_count++] = (CoOpinion){node->site->specs[j].spec,
+                                                          &sources[node->site->specs[j].layer]};
+    }
+}
+
+// ---- What a prim is -------------------------------------------------------------------------------
+static bool is_directly_inherited(const CoGraph *graph, uint32_t node)
+{
+    for (; node != 0; node = graph->nodes[node].parent)
+        if (co_arc_is_class(graph->nodes[node].link->kind) &&
+            co_node_depth_below_arc(graph, node) == 0)
+            return true;
+    return false;
+}
+
+// The strongest that defines wins; that a class is inherited does not make a class of the heir as long
+// as anything weaker defines it.
+static CohortSpecifier compose_specifier(const CoGraph *graph, const CoOrdered *ordered)
+{
+    CohortSpecifier out = COHORT_SPECIFIER_OVER;
+    bool is_inherited_class = false;
+    for (uint32_t i = 0; i < ordered->count; i++) {
+        const CoNode *node = &graph->nodes[ordered->nodes[i]];
+        for (uint32_t j = 0; !node->is_inert && j < node->site->spec_count; j++) {
+            const CoSpec *spec = node->site->specs[j].spec;
+            if (spec->kind != CO_SPEC_PRIM || spec->specifier == COHORT_SPECIFIER_OVER)
+                continue;
+            if (spec->specifier == COHORT_SPECIFIER_CLASS &&
+                is_directly_inherited(graph, ordered->nodes[i])) {
+                if (!is_inherited_class)
+                    out = COHORT_SPECIFIER_CLASS;
+                is_inherited_class = true;
+                continue;
+            }
+            return spec->specifier;
+        }
+    }
+    return out;
+}
+
+static bool compose_bool(const CohortPrim *prim, const char *name, bool fallback)
+{
+    for (uint32_t i = 0; i < prim->opinion_count; i++) {
+        const CoField *field = co_spec_field(prim->opinions[i].spec, name);
+        bool value;
+        if (field && co_value_bool(&field->value, &value))
+            return value;
+    }
+    return fallback;
+}
+
+static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
+                             const CoOrdered *ordered)
+{
+    const CoFieldNames *names = &stage->composer.names;
+    prim->type = "";
+    for (uint32_t i = 0; i < prim->opinion_count && !*prim->type; i++)
+        if (prim->opinions[i].spec->type_name)
+            prim->type = prim->opinions[i].spec->type_name;
+    prim->specifier = (uint8_t)compose_specifier(graph, ordered);
+    bool parent_defined = prim->parent->flags & CO_PRIM_DEFINED;
+    bool parent_abstract = prim->parent->flags & CO_PRIM_ABSTRACT;
+    if (compose_bool(prim, names->active, true))
+        prim->flags |= CO_PRIM_ACTIVE;
+    if (parent_defined && prim->specifier != COHORT_SPECIFIER_OVER)
+        prim->flags |= CO_PRIM_DEFINED;
+    if (parent_abstract || prim->specifier == COHORT_SPECIFIER_CLASS)
+        prim->flags |= CO_PRIM_ABSTRACT;
+}
+
+// ---- Instances ------------------------------------------------------------------------------------
+// Marks what comes in by arcs authored at this very prim; true if there is any.
+static bool mark_instanceable(CoGraph *graph, uint32_t node, bool is_below_arc)
+{
+    bool any = false;
+    graph->nodes[node].is_instanceable = is_below_arc;
+    if (is_below_arc && graph->nodes[node].site->spec_count && !graph->nodes[node].is_inert)
+        any = true;
+    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
+         i = graph->nodes[i].next_sibling)
+        any |= mark_instanceable(graph, i,
+                                 is_below_arc || co_node_depth_below_arc(graph, i) == 0);
+    return any;
+}
+
+static CoInstanceSlot *find_instance(CohortStage *stage, const uint64_t *key, size_t length,
+                                     uint64_t hash)
+{
+    size_t capacity = stage->instance_capacity;
+    for (size_t at = hash & (capacity - 1);; at = (at + 1) & (capacity - 1)) {
+        CoInstanceSlot *slot = &stage->instances[at];
+        if (!slot->prim || (slot->hash == hash && slot->length == length &&
+                            !memcmp(slot->key, key, length * sizeof *key)))
+            return slot;
+    }
+}
+
+static void grow_instances(CohortStage *stage)
+{
+    CoInstanceSlot *old = stage->instances;
+    size_t count = stage->instance_capacity;
+    stage->instance_capacity = count ? count * 2 : 64;
+    stage->instances =
+        co_composer_array(&stage->composer, stage->instance_capacity, sizeof *stage->instances);
+    for (size_t i = 0; i < count; i++)
+        if (old[i].prim)
+            *find_instance(stage, old[i].key, old[i].length, old[i].hash) = old[i];
+}
+
+// Equal keys, equal children: the same sites by the same arcs at the same times.
+static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
+                                  const CoOrdered *ordered)
+{
+    CoComposer *c = &stage->composer;
+    uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4, sizeof *key);
+    size_t length = 0;
+    for (uint32_t i = 0; i < ordered->count; i++) {
+        const CoNode *node = &graph->nodes[ordered->nodes[i]];
+        if (!node->is_instanceable || !node->site->spec_count)
+            continue;
+        key[length++] = (uint64_t)(uintptr_t)node->site;
+        key[length++] = (uint64_t)node->link->kind << 1 | node->is_inert;
+        memcpy(&key[length++], &node->link->to_root->offset, sizeof *key);
+        memcpy(&key[length++], &node->link->to_root->scale, sizeof *key);
+    }
+    if (2 * stage->instance_count >= stage->instance_capacity)
+        grow_instances(stage);
+    uint64_t hash = co_hash_bytes(key, length * sizeof *key, 0);
+    CoInstanceSlot *slot = find_instance(stage, key, length, hash);
+    if (!slot->prim) {
+        *slot = (CoInstanceSlot){key, length, hash, prim};
+        stage->instance_count++;
+    }
+    return slot->prim;
+}
+
+// ---- Children -------------------------------------------------------------------------------------
+typedef struct CoNameSet {
+    const char **slots;
+    size_t capacity;
+} CoNameSet;
+
+static bool add_name(CoNameSet *set, const char *name)
+{
+    size_t at = co_hash64((uint64_t)(uintptr_t)name) & (set->capacity - 1);
+    for (; set->slots[at]; at = (at + 1) & (set->capacity - 1))
+        if (set->slots[at] == name)
+            return false;
+    set->slots[at] = name;
+    return true;
+}
+
+// Edits the names so far as one site's relocates say: children moved away go, renamed ones are renamed
+// in place, and those moved here are added in the order of their names.
+static void relocate_names(CoComposer *c, CoList *names, CoNameSet *set, const CoSite *site)
+{
+    CoList added = {.is_scratch = true};
+    for (size_t i = 0; i < site->stack->relocate_count; i++) {
+        const CoMove *move = &site->stack->relocates[i];
+        bool from_here = move->source->parent == site->path;
+        bool to_here = move->target && move->target->parent == site->path;
+        for (size_t j = 0; from_here && j < names->count; j++) {
+            if (names->items[j].a != move->source->name)
+                continue;
+            if (to_here && add_name(set, move->target->name)) {
+                names->items[j].a = move->target->name;
+            } else {
+                names->count--;
+                memmove(names->items + j, names->items + j + 1,
+                        (names->count - j) * sizeof *names->items);
+            }
+            break;
+        }
+        if (to_here && !from_here && add_name(set, move->target->name))
+            co_list_push(c, &added, (CoListItem){.a = move->target->name});
+    }
+    for (size_t i = 1; i < added.count; i++)
+        for (size_t j = i; j > 0 && strcmp(added.items[j].a, added.items[j - 1].a) < 0; j--) {
+            CoListItem swap = added.items[j];
+            added.items[j] = added.items[j - 1];
+            added.items[j - 1] = swap;
+        }
+    for (size_t i = 0; i < added.count; i++)
+        co_list_push(c, names, added.items[i]);
+}
+
+static void reorder_names(CoComposer *c, CoList *names, const CoSpec *spec)
+{
+    const CoField *field = co_spec_field(spec, c->names.primOrder);
+    if (!field || field->value.type != COHORT_TYPE_TOKEN || !field->value.count)
+        return;
+    const CohortString *text = field->value.data;
+    CoListItem *order = co_composer_scratch(c, field->value.count, sizeof *order);
+    for (size_t i = 0; i < field->value.count; i++)
+        order[i].a = co_composer_need(c, co_token(text[i].text, text[i].length));
+    co_list_reorder(c, names, order, field->value.count);
+}
+
+// Weakest first, so that the strongest layer's new names come last.
+static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *ordered)
+{
+    CoList names = {.is_scratch = true};
+    size_t most = 1;
+    for (uint32_t i = 0; i < ordered->count; i++) {
+        const CoSite *site = graph->nodes[ordered->nodes[i]].site;
+        most += site->stack->relocate_count;
+        for (uint32_t j = 0; j < site->spec_count; j++)
+            most += site->specs[j].spec->child_count;
+    }
+    CoNameSet set = {NULL, 4};
+    while (set.capacity < 2 * most)
+        set.capacity *= 2;
+    set.slots = co_composer_scratch(c, set.capacity, sizeof *set.slots);
+    for (uint32_t i = ordered->count; i-- > 0;) {
+        const CoNode *node = &graph->nodes[ordered->nodes[i]];
+        if (node->is_inert)
+            continue;
+        if (node->site->stack->relocate_count)
+            relocate_names(c, &names, &set, node->site);
+        for (uint32_t j = node->site->spec_count; j-- > 0;) {
+            const CoSpec *spec = node->site->specs[j].spec;
+            for (size_t k = 0; k < spec->child_count; k++)
+                if (add_name(&set, spec->children[k]->name))
+                    co_list_push(c, &names, (CoListItem){.a = spec->children[k]->name});
+            reorder_names(c, &names, spec);
+        }
+    }
+    return names;
+}
+
+static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
+                             const CoOrdered *ordered, uint64_t depth);
+
+static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, uint64_t depth)
+{
+    CoComposer *c = &stage->composer;
+    CoOrdered ordered = order_nodes(c, graph);
+    gather_opinions(c, prim, graph, &ordered);
+    compose_identity(stage, prim, graph, &ordered);
+    if (!(prim->flags & CO_PRIM_ACTIVE))
+        return;
+    if (compose_bool(prim, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
+        prim->flags |= CO_PRIM_INSTANCE;
+        CohortPrim *prototype = find_prototype(stage, prim, graph, &ordered);
+        prim->prototype = prototype;
+        if (prototype != prim) {
+            prim->children = prototype->children;
+            prim->child_count = prototype->child_count;
+            prim->shown = prototype->shown;
+            prim->shown_count = prototype->shown_count;
+            return;
+        }
+    }
+    compose_children(stage, prim, graph, &ordered, depth);
+}
+
+static bool is_shown(const CohortPrim *prim)
+{
+    return (prim->flags & (CO_PRIM_ACTIVE | CO_PRIM_DEFINED | CO_PRIM_ABSTRACT)) ==
+           (CO_PRIM_ACTIVE | CO_PRIM_DEFINED);
+}
+
+static void note_shown(CoComposer *c, CohortPrim *prim)
+{
+    for (uint32_t i = 0; i < prim->child_count; i++)
+        prim->shown_count += is_shown(&prim->children[i]);
+    if (prim->shown_count == prim->child_count)
+        return;
+    uint32_t *shown = co_composer_array(c, prim->shown_count, sizeof *shown), count = 0;
+    for (uint32_t i = 0; i < prim->child_count; i++)
+        if (is_shown(&prim->children[i]))
+            shown[count++] = i;
+    prim->shown = shown;
+}
+
+static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
+                             const CoOrdered *ordered, uint64_t depth)
+{
+    CoComposer *c = &stage->composer;
+    if (depth >= c->options.max_depth)
+        co_composer_fail(c, COHORT_ERROR_LIMIT, "prims are nested deeper than max_depth allows");
+    CoOrdered visible = *ordered;
+    bool is_instance = prim->flags & CO_PRIM_INSTANCE;
+    if (is_instance) {
+        visible = (CoOrdered){co_composer_scratch(c, ordered->count, sizeof(uint32_t)), 0};
+        for (uint32_t i = 0; i < ordered->count; i++)
+            if (graph->nodes[ordered->nodes[i]].is_instanceable)
+                visible.nodes[visible.count++] = ordered->nodes[i];
+    }
+    CoList names = child_names(c, graph, &visible);
+    if (!names.count)
+        return;
+    if (names.count > c->options.max_prims ||
+        stage->prim_count > c->options.max_prims - names.count)
+        co_composer_fail(c, COHORT_ERROR_LIMIT, "more prims than max_prims allows");
+    prim->children = co_composer_array(c, names.count, sizeof *prim->children);
+    for (size_t i = 0; i < names.count; i++) {
+        CoArenaMark mark = co_arena_mark(&c->scratch);
+        CoGraph child_graph;
+        co_prim_index_child(c, graph, is_instance, names.items[i].a, &child_graph);
+        if (!co_prim_index_is_prohibited(&child_graph)) {
+            CohortPrim *child = &prim->children[prim->child_count++];
+            child->parent = prim;
+            child->stage = stage;
+            child->path = child_graph.nodes[0].site->path;
+            stage->prim_count++;
+            compose_prim(stage, child, &child_graph, depth + 1);
+        }
+        co_arena_rewind(&c->scratch, mark);
+    }
+    note_shown(c, prim);
+}
+
+void co_stage_compose(CohortStage *stage)
+{
+    CoComposer *c = &stage->composer;
+    CoGraph graph;
+    co_prim_index_root(c, stage->stack, &graph);
+    CohortPrim *root = &stage->root;
+    *root = (CohortPrim){.stage = stage,
+                         .path = &c->paths.root,
+                         .type = "",
+                         .flags = CO_PRIM_ACTIVE | CO_PRIM_DEFINED};
+    CoOrdered ordered = order_nodes(c, &graph);
+    gather_opinions(c, root, &graph, &ordered);
+    compose_children(stage, root, &graph, &ordered, 0);
+}

@@ -1,0 +1,188 @@
+#include "stage/stage_data.h"
+
+#include "compose/fields.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name)
+{
+    return (CoPropertyWalk){.prim = prim, .name = name, .kind = CO_SPEC_LAYER};
+}
+
+bool co_property_next(CoPropertyWalk *walk)
+{
+    while (walk->name && walk->next < walk->prim->opinion_count) {
+        const CoOpinion *opinion = &walk->prim->opinions[walk->next++];
+        const CoSpec *spec = co_spec_property(opinion->spec, walk->name);
+        if (!spec)
+            continue;
+        if (walk->kind == CO_SPEC_LAYER)
+            walk->kind = spec->kind;
+        if (spec->kind != walk->kind)
+            continue;
+        walk->spec = spec;
+        walk->source = opinion->source;
+        return true;
+    }
+    return false;
+}
+
+// ---- Names ----------------------------------------------------------------------------------------
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+static char fold(char c)
+{
+    return c >= 'A' && c <= 'Z' ? (char)(c + 32) : c;
+}
+
+int co_name_compare(const char *a, const char *b)
+{
+    int tie = 0; // what decides when nothing else does
+    while (*a && *b) {
+        if (is_digit(*a) && is_digit(*b)) {
+            size_t zeros_a = strspn(a, "0"), zeros_b = strspn(b, "0");
+            size_t n = strspn(a + zeros_a, "0123456789"), m = strspn(b + zeros_b, "0123456789");
+            if (n != m)
+                return n < m ? -1 : 1;
+            int order = strncmp(a + zeros_a, b + zeros_b, n);
+            if (order)
+                return order;
+            if (!tie && zeros_a != zeros_b)
+                tie = zeros_a < zeros_b ? -1 : 1;
+            a += zeros_a + n;
+            b += zeros_b + m;
+            continue;
+        }
+        unsigned char x = (unsigned char)fold(*a), y = (unsigned char)fold(*b);
+        if (x != y)
+            return x < y ? -1 : 1;
+        if (!tie && *a != *b)
+            tie = (unsigned char)*a < (unsigned char)*b ? -1 : 1;
+        a++;
+        b++;
+    }
+    if (*a || *b)
+        return *a ? 1 : -1;
+    return tie;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    return co_name_compare(*(const char *const *)a, *(const char *const *)b);
+}
+
+// propertyOrder moves what it names; the rest follows whatever it stood behind.
+static void reorder(const CohortPrim *prim, const char **names, size_t count, const char **scratch)
+{
+    const CoField *field = NULL;
+    for (uint32_t i = 0; i < prim->opinion_count && !field; i++)
+        field = co_spec_field(prim->opinions[i].spec, prim->stage->composer.names.propertyOrder);
+    if (!field || field->value.type != COHORT_TYPE_TOKEN)
+        return;
+    const CohortString *order = field->value.data;
+    size_t made = 0;
+    // Names are compared as text: order lists are short.
+    size_t first = 0;
+    for (; first < count; first++) {
+        bool is_named = false;
+        for (size_t k = 0; k < field->value.count && !is_named; k++)
+            is_named = !strcmp(order[k].text, names[first]);
+        if (is_named)
+            break;
+        scratch[made++] = names[first];
+    }
+    for (size_t k = 0; k < field->value.count; k++) {
+        for (size_t i = first; i < count; i++) {
+            if (!names[i] || strcmp(order[k].text, names[i]))
+                continue;
+            bool is_named = true;
+            do {
+                scratch[made++] = names[i];
+                names[i] = NULL;
+                is_named = false;
+                for (size_t l = 0; ++i < count && names[i] && l < field->value.count; l++, i--)
+                    is_named |= !strcmp(order[l].text, names[i]);
+            } while (i < count && names[i] && !is_named);
+            break;
+        }
+    }
+    if (made == count)
+        memcpy(names, scratch, count * sizeof *names);
+}
+
+static CoAnswer property_names(const CohortPrim *prim)
+{
+    const CohortStage *stage = prim->stage;
+    CoQueryKey key = {prim, NULL, CO_QUERY_PROPERTIES, 0};
+    const CoAnswer *known = co_stage_find_answer(stage, &key);
+    if (known)
+        return *known;
+    size_t most = 0, count = 0;
+    for (uint32_t i = 0; i < prim->opinion_count; i++)
+        most += prim->opinions[i].spec->property_count;
+    const char **names = co_stage_alloc(stage, 2 * most + 1, sizeof *names);
+    if (!names)
+        return (CoAnswer){0};
+    for (uint32_t i = 0; i < prim->opinion_count; i++)
+        for (size_t j = 0; j < prim->opinions[i].spec->property_count; j++)
+            names[count++] = prim->opinions[i].spec->properties[j]->name;
+    qsort(names, count, sizeof *names, compare_names);
+    size_t unique = 0;
+    for (size_t i = 0; i < count; i++)
+        if (!unique || names[unique - 1] != names[i])
+            names[unique++] = names[i];
+    reorder(prim, names, unique, names + most + 1);
+    CoAnswer answer = {.data = names, .count = unique};
+    co_stage_keep_answer(stage, &key, &answer);
+    return answer;
+}
+
+static CoAnswer locked_names(const CohortPrim *prim)
+{
+    co_stage_lock(prim->stage);
+    CoAnswer answer = property_names(prim);
+    co_stage_unlock(prim->stage);
+    return answer;
+}
+
+size_t cohort_prim_property_count(const CohortPrim *prim)
+{
+    return locked_names(prim).count;
+}
+
+const char *cohort_prim_property_name(const CohortPrim *prim, size_t i)
+{
+    CoAnswer answer = locked_names(prim);
+    return i < answer.count ? ((const char *const *)answer.data)[i] : NULL;
+}
+
+static CoSpecKind property_kind(const CohortPrim *prim, const char *name)
+{
+    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
+    return co_property_next(&walk) ? walk.kind : CO_SPEC_LAYER;
+}
+
+bool cohort_prim_has_attribute(const CohortPrim *prim, const char *name)
+{
+    return property_kind(prim, name) == CO_SPEC_ATTRIBUTE;
+}
+
+bool cohort_prim_has_relationship(const CohortPrim *prim, const char *name)
+{
+    return property_kind(prim, name) == CO_SPEC_RELATIONSHIP;
+}
+
+bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char **layer,
+                        uint32_t *line)
+{
+    CoPropertyWalk walk = co_property_walk(prim, co_token(property, strlen(property)));
+    if (!co_property_next(&walk))
+        return false;
+    *layer = walk.source->file->path;
+    *line = walk.spec->line;
+    return true;
+}

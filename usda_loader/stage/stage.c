@@ -1,0 +1,172 @@
+#include "stage/stage_data.h"
+
+#include "compose/fields.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "base/mapped_file.h"
+
+#include <math.h>
+#include <string.h>
+
+// ---- Opening --------------------------------------------------------------------------------------
+static bool open_root(CohortStage *stage, const char *path, CohortError *err)
+{
+    CoComposer *c = &stage->composer;
+    const char *absolute = co_asset_anchor(c, NULL, path);
+    const CoLayerFile *file = co_composer_layer(c, absolute, err);
+    if (!file)
+        return false;
+    stage->stack = co_composer_stack(c, file, NULL);
+    co_stage_compose(stage);
+    return !c->is_strict_failure;
+}
+
+CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
+                               CohortError *err)
+{
+    CohortError local = {0};
+    if (!err)
+        err = &local;
+    CO_CHECK_NULL(path && *path, err, COHORT_ERROR_ARGUMENT, "no path given");
+    CohortStage *stage = co_alloc_zero(CO_MEMORY_USDA, sizeof *stage);
+    CO_CHECK_NULL(stage, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    stage->root.stage = stage;
+    stage->answers_arena.tag = CO_MEMORY_USDA;
+    stage->has_lock = pthread_mutex_init(&stage->lock, NULL) == 0;
+    bool ok = stage->has_lock && co_composer_init(&stage->composer, options, err);
+    if (ok && setjmp(stage->composer.escape) == 0) {
+        if (open_root(stage, path, err)) {
+            stage->composer.err = NULL;
+            co_arena_clear(&stage->composer.scratch);
+            return stage;
+        }
+    }
+    if (err->code == COHORT_OK)
+        CO_FAIL(err, COHORT_ERROR_INTERNAL, "the stage could not be opened");
+    cohort_stage_destroy(stage);
+    return NULL;
+}
+
+void cohort_stage_destroy(CohortStage *stage)
+{
+    if (!stage)
+        return;
+    co_composer_clear(&stage->composer);
+    co_arena_clear(&stage->answers_arena);
+    if (stage->has_lock)
+        pthread_mutex_destroy(&stage->lock);
+    co_free(CO_MEMORY_USDA, stage, sizeof *stage);
+}
+
+// ---- Stage metadata -------------------------------------------------------------------------------
+static const CoField *stage_field(const CohortStage *stage, const char *name)
+{
+    return co_layer_field(stage->stack->root, co_token(name, strlen(name)));
+}
+
+static const char *stage_text(const CohortStage *stage, const char *name, const char *fallback)
+{
+    const CoField *field = stage_field(stage, name);
+    const CohortString *text = field ? co_value_text(&field->value) : NULL;
+    return text ? text->text : fallback;
+}
+
+static bool stage_number(const CohortStage *stage, const char *name, double *out)
+{
+    const CoField *field = stage_field(stage, name);
+    return field && co_value_double(&field->value, out);
+}
+
+static uint64_t hash_layers(const CohortStage *stage)
+{
+    uint64_t hash = 0;
+    const CoComposer *c = &stage->composer;
+    for (size_t i = 0; i < c->file_count; i++) {
+        CoMappedFile file;
+        if (!c->files[i]->layer || !co_mapped_file_open(c->files[i]->path, &file, NULL))
+            continue;
+        hash = co_hash_bytes(file.data, file.size, hash);
+        co_mapped_file_close(&file);
+    }
+    return hash;
+}
+
+void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out)
+{
+    CohortStageInfo info = {
+        .default_prim = stage_text(stage, "defaultPrim", ""),
+        .up_axis = stage_text(stage, "upAxis", "Y"),
+        .render_settings_prim_path = stage_text(stage, "renderSettingsPrimPath", ""),
+        .meters_per_unit = 0.01,
+        .frames_per_second = 24,
+        .time_codes_per_second = stage->stack->root->time_codes_per_second,
+        .prim_count = stage->prim_count,
+    };
+    stage_number(stage, "metersPerUnit", &info.meters_per_unit);
+    stage_number(stage, "framesPerSecond", &info.frames_per_second);
+    bool has_start = stage_number(stage, "startTimeCode", &info.start_time_code);
+    info.has_time_range = stage_number(stage, "endTimeCode", &info.end_time_code) && has_start;
+    for (size_t i = 0; i < stage->composer.file_count; i++)
+        info.layer_count += stage->composer.files[i]->layer != NULL;
+    CohortStage *own = stage->root.stage;
+    co_stage_lock(stage);
+    if (!own->has_hash) {
+        own->hash = hash_layers(stage);
+        own->has_hash = true;
+    }
+    info.hash = own->hash;
+    co_stage_unlock(stage);
+    *out = info;
+}
+
+const char *cohort_stage_layer(const CohortStage *stage, size_t i)
+{
+    const CoComposer *c = &stage->composer;
+    for (size_t j = 0; j < c->file_count; j++)
+        if (c->files[j]->layer && i-- == 0)
+            return c->files[j]->path;
+    return NULL;
+}
+
+static void note_earliest(const CohortPrim *prim, double *earliest, const CoFieldNames *names)
+{
+    for (uint32_t i = 0; i < prim->opinion_count; i++) {
+        const CoOpinion *opinion = &prim->opinions[i];
+        for (size_t j = 0; j < opinion->spec->property_count; j++) {
+            const CoField *field = co_spec_field(opinion->spec->properties[j], names->timeSamples);
+            const CoTimeSamples *samples = field ? co_value_samples(&field->value) : NULL;
+            if (!samples || !samples->count)
+                continue;
+            double scale = opinion->source->scale, offset = opinion->source->offset;
+            double first = samples->times[0] * scale + offset;
+            double last = samples->times[samples->count - 1] * scale + offset;
+            *earliest = fmin(*earliest, fmin(first, last));
+        }
+    }
+    bool is_shared = prim->prototype && prim->prototype != prim;
+    for (uint32_t i = 0; !is_shared && i < prim->child_count; i++)
+        note_earliest(&prim->children[i], earliest, names);
+}
+
+bool cohort_stage_earliest_time(const CohortStage *stage, double *out)
+{
+    CohortStage *own = stage->root.stage;
+    co_stage_lock(stage);
+    if (!own->has_earliest) {
+        double earliest = INFINITY;
+        note_earliest(&stage->root, &earliest, &stage->composer.names);
+        own->varies = isfinite(earliest);
+        own->earliest = earliest;
+        own->has_earliest = true;
+    }
+    co_stage_unlock(stage);
+    if (stage->varies)
+        *out = stage->earliest;
+    return stage->varies || stage_number(stage, "startTimeCode", out);
+}
+
+const CohortPrim *cohort_stage_root(const CohortStage *stage)
+{
+    return &stage->root;
+}

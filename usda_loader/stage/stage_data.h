@@ -1,0 +1,146 @@
+// How the composed stage lies in memory. Everything is in the composer's arena and constant once the
+// stage is open, except the cache of answers that had to be worked out, which a lock guards.
+
+#ifndef CO_STAGE_STAGE_DATA_H
+#define CO_STAGE_STAGE_DATA_H
+
+#include "cohort/usda.h"
+#include "compose/prim_index.h"
+
+#include <pthread.h>
+
+// One spec with a say in a prim.
+typedef struct CoOpinion {
+    const CoSpec *spec;
+    const CoSource *source;
+} CoOpinion;
+
+enum {
+    CO_PRIM_ACTIVE = 1,
+    CO_PRIM_DEFINED = 2,
+    CO_PRIM_ABSTRACT = 4,
+    CO_PRIM_INSTANCE = 8
+};
+
+struct CohortPrim {
+    const CohortPrim *parent;
+    CohortStage *stage;
+    const CoPath *path;
+    const char *type;          // token
+    const CoOpinion *opinions; // strongest first
+    CohortPrim *children;      // all of them, in order; an instance's are its prototype's
+    const uint32_t *shown;     // which children iteration shows; NULL: all
+    const CohortPrim *prototype;
+    uint32_t opinion_count, child_count, shown_count;
+    uint8_t specifier, flags;
+};
+
+_Static_assert(sizeof(CohortPrim) <= 128, "a prim stays small");
+
+// What a cached answer is about.
+typedef enum CoQueryKind {
+    CO_QUERY_PATH = 1,
+    CO_QUERY_PROPERTIES,
+    CO_QUERY_VALUE,
+    CO_QUERY_TIMES,
+    CO_QUERY_METADATA,
+    CO_QUERY_ASSETS,
+    CO_QUERY_TARGETS,
+    CO_QUERY_VARIANT_SETS,
+    CO_QUERY_VARIANTS
+} CoQueryKind;
+
+typedef struct CoQueryKey {
+    const void *subject; // a prim, spec or path
+    const void *detail;  // a token
+    uint64_t number;     // kind and index
+    double time;
+} CoQueryKey;
+
+typedef struct CoAnswer {
+    const void *data;
+    size_t count;
+    CohortType type;
+    bool is_array;
+} CoAnswer;
+
+typedef struct CoAnswerSlot {
+    CoQueryKey key;
+    CoAnswer answer;
+    bool is_used;
+} CoAnswerSlot;
+
+typedef struct CoInstanceSlot {
+    const uint64_t *key; // words
+    size_t length;
+    uint64_t hash;
+    CohortPrim *prim;
+} CoInstanceSlot;
+
+struct CohortStage {
+    CoComposer composer;
+    CoStack *stack;
+    CohortPrim root;
+    size_t prim_count;
+    CoInstanceSlot *instances; // prototypes by key, open addressing
+    size_t instance_count, instance_capacity;
+    pthread_mutex_t lock; // guards all below
+    CoArena answers_arena;
+    CoAnswerSlot *answers;
+    size_t answer_count, answer_capacity;
+    bool has_lock, has_hash, has_earliest, varies;
+    uint64_t hash;
+    double earliest;
+};
+
+// Builds the whole tree below stage->root; leaves by the composer's escape on failure.
+void co_stage_compose(CohortStage *stage);
+
+// ---- Answers ------------------------------------------------------------------------------------
+// Queries that need memory: lock, look up, else work out in the arena and keep. `lock` is not
+// recursive. All of these are called with the lock held, but for the first.
+void co_stage_lock(const CohortStage *stage);
+void co_stage_unlock(const CohortStage *stage);
+const CoAnswer *co_stage_find_answer(const CohortStage *stage, const CoQueryKey *key);
+const CoAnswer *co_stage_keep_answer(const CohortStage *stage, const CoQueryKey *key,
+                                     const CoAnswer *answer); // NULL: out of memory
+void *co_stage_alloc(const CohortStage *stage, size_t count, size_t size);
+
+// ---- Opinions on a property -----------------------------------------------------------------------
+typedef struct CoPropertyWalk {
+    const CohortPrim *prim;
+    const char *name; // token
+    uint32_t next;
+    CoSpecKind kind; // of the strongest; weaker ones of the other kind are passed over
+    const CoSpec *spec;
+    const CoSource *source;
+} CoPropertyWalk;
+
+// Weaker and weaker: while (co_property_next(&walk)). NULL names end at once.
+CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name);
+bool co_property_next(CoPropertyWalk *walk);
+
+// ---- Values ---------------------------------------------------------------------------------------
+// A value as its layer means it, in stage terms: times scaled. Allocates only where it must.
+bool co_value_in_stage(const CohortStage *stage, const CoValue *value, const CoSource *source,
+                       CohortValue *out);
+
+// Interpolates between two values; false when they must be held instead.
+bool co_value_can_interpolate(const CoValue *a, const CoValue *b);
+void co_value_interpolate(const CoValue *a, const CoValue *b, double u, void *out);
+
+// Where the value of an attribute comes from.
+typedef struct CoValueSource {
+    const CoField *field; // default, timeSamples or spline; NULL: nothing, or blocked
+    const CoSource *source;
+    const CoSpec *spec;
+} CoValueSource;
+CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
+
+// Composed metadata of the prim (property NULL) or of a property.
+bool co_prim_field(const CohortPrim *prim, const char *property, const char *key, CohortValue *out);
+
+// TfDictionaryLessThan: numbers by value, letters without case first.
+int co_name_compare(const char *a, const char *b);
+
+#endif
