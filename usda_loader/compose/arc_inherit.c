@@ -1,5 +1,5 @@
-// Inherits and specializes, and the classes they imply: when a referenced asset inherits </Class>, the
-// scenes that refer to it may say more about </Class> at their own level, and win.
+// Inherits and specializes, and the classes they imply: when a referenced asset inherits </Class>,
+// the scenes that refer to it may say more about </Class> at their own level, and win.
 
 #include "compose/prim_index.h"
 
@@ -13,7 +13,8 @@ static bool has_class_child(const CoGraph *graph, uint32_t node)
 }
 
 // The node that starts a chain of class arcs authored at one depth, and the chain's first class.
-static void hierarchy_start(const CoGraph *graph, uint32_t node, uint32_t *instance, uint32_t *class)
+static void hierarchy_start(const CoGraph *graph, uint32_t node, uint32_t *instance,
+                            uint32_t *class)
 {
     uint32_t depth = co_node_depth_below_arc(graph, node);
     *instance = *class = node;
@@ -41,8 +42,8 @@ uint32_t co_arc_class_start(const CoIndexer *indexer, uint32_t node)
     return start;
 }
 
-// The path that a node inherits under a class map. A class of a prim in a variant is looked for within
-// that variant.
+// The path that a node inherits under a class map. A class of a prim in a variant is looked for
+// within that variant.
 static const CoPath *class_path(CoIndexer *indexer, const CoPath *parent, const CoMap *map)
 {
     CoPathTable *paths = &indexer->c->paths;
@@ -132,7 +133,8 @@ void co_arc_inherits(CoIndexer *indexer, uint32_t node, CoArcKind kind)
     }
 }
 
-// ---- Implied classes ------------------------------------------------------------------------------
+// ---- Implied classes
+// ------------------------------------------------------------------------------
 static const CoMap *implied_map(CoIndexer *indexer, const CoMap *transfer, const CoMap *class)
 {
     CoComposer *c = indexer->c;

@@ -1,5 +1,5 @@
-// Relocates: a layer stack moves a prim that its arcs bring in. The new place shows what the old one
-// would have shown; opinions that the stack itself has at the old place no longer count.
+// Relocates: a layer stack moves a prim that its arcs bring in. The new place shows what the old
+// one would have shown; opinions that the stack itself has at the old place no longer count.
 
 #include "compose/prim_index.h"
 

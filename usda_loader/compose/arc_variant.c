@@ -38,12 +38,14 @@ void co_arc_variant_sets(CoIndexer *indexer, uint32_t node, bool ancestral)
     }
 }
 
-// ---- Which selection ------------------------------------------------------------------------------
+// ---- Which selection
+// ------------------------------------------------------------------------------
 typedef struct CoSelectionSearch {
     CoIndexer *indexer;
     const char *set;
-    const CoPath **paths; // per node: the set's prim as the node calls it, NULL: it does not know it
-    uint32_t *order;      // the nodes searched, strongest first
+    const CoPath *
+        *paths;      // per node: the set's prim as the node calls it, NULL: it does not know it
+    uint32_t *order; // the nodes searched, strongest first
     uint32_t count;
 } CoSelectionSearch;
 
@@ -54,8 +56,8 @@ static void spread_paths(CoSelectionSearch *search, uint32_t node)
          i = graph->nodes[i].next_sibling) {
         const CoPath *path = search->paths[node];
         if (path)
-            path = co_map_to_source(&search->indexer->c->paths, graph->nodes[i].link->to_parent,
-                                    path);
+            path =
+                co_map_to_source(&search->indexer->c->paths, graph->nodes[i].link->to_parent, path);
         search->paths[i] = path;
         spread_paths(search, i);
     }

@@ -1,8 +1,9 @@
-// What one opening of a stage works with: memory, paths, layers, layer stacks and sites, all cached.
+// What one opening of a stage works with: memory, paths, layers, layer stacks and sites, all
+// cached.
 //
 // Memory: everything is in `arena` and lives as long as the stage. Running out of it anywhere below
-// leaves composition by co_composer_fail, a long jump to co_compose_guard's caller: there is nothing to
-// unwind but the arena and the layers, which the stage frees. Threads: one.
+// leaves composition by co_composer_fail, a long jump to co_compose_guard's caller: there is
+// nothing to unwind but the arena and the layers, which the stage frees. Threads: one.
 
 #ifndef CO_COMPOSE_COMPOSER_H
 #define CO_COMPOSE_COMPOSER_H
@@ -13,31 +14,31 @@
 #include <setjmp.h>
 
 // Field names, interned once.
-#define CO_FIELD_NAMES(X)                                                                          \
-    X(references)                                                                                  \
-    X(payload)                                                                                     \
-    X(inheritPaths)                                                                                \
-    X(specializes)                                                                                 \
-    X(variantSetNames)                                                                             \
-    X(variantSelection)                                                                            \
-    X(subLayers)                                                                                   \
-    X(relocates)                                                                                   \
-    X(expressionVariables)                                                                         \
-    X(defaultPrim)                                                                                 \
-    X(timeCodesPerSecond)                                                                          \
-    X(framesPerSecond)                                                                             \
-    X(primOrder)                                                                                   \
-    X(propertyOrder)                                                                               \
-    X(active)                                                                                      \
-    X(instanceable)                                                                                \
-    X(kind)                                                                                        \
-    X(apiSchemas)                                                                                  \
-    X(timeSamples)                                                                                 \
-    X(spline)                                                                                      \
-    X(targetPaths)                                                                                 \
-    X(connectionPaths)                                                                             \
-    X(xformOpOrder)                                                                                \
-    X(clips)                                                                                       \
+#define CO_FIELD_NAMES(X) \
+    X(references) \
+    X(payload) \
+    X(inheritPaths) \
+    X(specializes) \
+    X(variantSetNames) \
+    X(variantSelection) \
+    X(subLayers) \
+    X(relocates) \
+    X(expressionVariables) \
+    X(defaultPrim) \
+    X(timeCodesPerSecond) \
+    X(framesPerSecond) \
+    X(primOrder) \
+    X(propertyOrder) \
+    X(active) \
+    X(instanceable) \
+    X(kind) \
+    X(apiSchemas) \
+    X(timeSamples) \
+    X(spline) \
+    X(targetPaths) \
+    X(connectionPaths) \
+    X(xformOpOrder) \
+    X(clips) \
     X(clipSets)
 
 typedef struct CoFieldNames {
@@ -128,7 +129,8 @@ const void *co_composer_need(CoComposer *c, const void *made);
 void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, const CoPath *path,
                       const char *format, ...) __attribute__((format(printf, 5, 6)));
 
-// The layer at an absolute path: read at first use. NULL when it cannot be read; *err then says why.
+// The layer at an absolute path: read at first use. NULL when it cannot be read; *err then says
+// why.
 const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortError *err);
 
 // The stack of a root layer as seen from a stack with these variables (NULL: none).
@@ -137,13 +139,13 @@ CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVaria
 // A field of a layer's own metadata.
 const CoField *co_layer_field(const CoLayerFile *file, const char *name);
 
-// Path, relative to the layer that says it, without looking for the file: absolute and normalised. A
-// plain "search" path that does not exist beside the layer stays as written. Token.
+// Path, relative to the layer that says it, without looking for the file: absolute and normalised.
+// A plain "search" path that does not exist beside the layer stays as written. Token.
 const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored);
 bool co_asset_exists(const char *path);
 
-// Evaluates `"${VAR}"`-like text between backquotes. Text that is no expression comes back as it is.
-// NULL after a warning when it is malformed or names an unknown variable.
+// Evaluates `"${VAR}"`-like text between backquotes. Text that is no expression comes back as it
+// is. NULL after a warning when it is malformed or names an unknown variable.
 const char *co_expression_evaluate(CoComposer *c, const CoVariables *variables, const char *text,
                                    const char **why);
 

@@ -1,8 +1,8 @@
 // Variable expressions: `"${NAME}/rest"` between backquotes, in asset paths and variant selections.
 //
 // Read are strings in either kind of quotes with ${NAME} in them, a bare ${NAME}, and the functions
-// if, and, or, not, eq, neq, lt, leq, gt, geq, contains, at, len, defined over strings, integers and
-// booleans. Lists and anything else are refused by name.
+// if, and, or, not, eq, neq, lt, leq, gt, geq, contains, at, len, defined over strings, integers
+// and booleans. Lists and anything else are refused by name.
 
 #include "compose/composer.h"
 #include "compose/fields.h"

@@ -1,24 +1,6 @@
 #include "compose/fields.h"
 
-#include <string.h>
-
-float co_half_to_float(uint16_t half)
-{
-    uint32_t sign = (uint32_t)(half >> 15) << 31, exponent = (half >> 10) & 31u;
-    uint32_t mantissa = half & 1023u, bits;
-    if (exponent == 31) {
-        bits = sign | 0x7f800000u | mantissa << 13;
-    } else if (exponent) {
-        bits = sign | (exponent + 112) << 23 | mantissa << 13;
-    } else {
-        // Subnormal halves are whole multiples of 2^-24, exact as floats.
-        float value = (float)mantissa * 0x1p-24f;
-        return sign ? -value : value;
-    }
-    float out;
-    memcpy(&out, &bits, sizeof out);
-    return out;
-}
+#include "lex/number.h"
 
 bool co_value_double(const CoValue *value, double *out)
 {

@@ -18,7 +18,4 @@ const CoDict *co_value_dict(const CoValue *value);
 const CoListOp *co_value_list_op(const CoValue *value);
 const CoTimeSamples *co_value_samples(const CoValue *value);
 
-// A half as a float.
-float co_half_to_float(uint16_t half);
-
 #endif

@@ -198,8 +198,8 @@ void co_graph_order(CoComposer *c, const CoGraph *graph, uint32_t from, uint32_t
                     uint32_t *count)
 {
     uint32_t small[64], late_count = 0;
-    uint32_t *late = graph->count <= 32 ? small
-                                        : co_composer_scratch(c, (size_t)graph->count * 2, sizeof *late);
+    uint32_t *late =
+        graph->count <= 32 ? small : co_composer_scratch(c, (size_t)graph->count * 2, sizeof *late);
     *count = 0;
     put_main(graph, from, out, count, late, &late_count);
     put_late(graph, late, late_count, out, count);
@@ -246,7 +246,8 @@ static uint32_t next_kept(const CoGraph *graph, uint32_t node, const bool *keep)
 static void compact(CoComposer *c, CoGraph *graph, const bool *keep)
 {
     uint32_t small[64], count = 0;
-    uint32_t *moved = graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *moved);
+    uint32_t *moved =
+        graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *moved);
     for (uint32_t i = 0; i < graph->count; i++)
         moved[i] = keep[i] ? count++ : CO_NO_NODE;
     for (uint32_t i = 0; i < graph->count; i++) {

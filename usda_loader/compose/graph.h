@@ -1,10 +1,10 @@
 // A prim index: the tree of sites that have a say in one prim.
 //
 // Each node is a site, reached by an arc from its parent node. Siblings are kept strongest first:
-// inherits, variants, relocates, references, payloads, specializes (LIVERPS below the node's own local
-// opinions), then arcs authored deeper in namespace, then the order of their origins, then the order of
-// authoring. The index of a child prim starts as a copy of its parent's with the child's name added to
-// every site.
+// inherits, variants, relocates, references, payloads, specializes (LIVERPS below the node's own
+// local opinions), then arcs authored deeper in namespace, then the order of their origins, then
+// the order of authoring. The index of a child prim starts as a copy of its parent's with the
+// child's name added to every site.
 
 #ifndef CO_COMPOSE_GRAPH_H
 #define CO_COMPOSE_GRAPH_H
@@ -23,13 +23,13 @@ typedef enum CoArcKind {
 
 #define CO_NO_NODE UINT32_MAX
 
-// One layer as a node's opinions in it reach the stage. Shared by a node and its copies in the indices
-// of descendants.
+// One layer as a node's opinions in it reach the stage. Shared by a node and its copies in the
+// indices of descendants.
 typedef struct CoSource {
     const CoLayerFile *file;
     const CoStack *stack;
-    const CoMap *to_root;  // paths of the node to paths of the stage
-    double offset, scale;  // times of the layer to times of the stage
+    const CoMap *to_root; // paths of the node to paths of the stage
+    double offset, scale; // times of the layer to times of the stage
 } CoSource;
 
 // What a node keeps in the indices of descendants.
@@ -46,8 +46,8 @@ typedef struct CoNode {
     CoSite *site;
     CoLink *link;
     uint32_t parent, first_child, next_sibling, origin;
-    uint32_t restricted; // elements of the path from which on it has no say; 0 = everywhere
-    bool is_inert;       // a placeholder without opinions
+    uint32_t restricted;  // elements of the path from which on it has no say; 0 = everywhere
+    bool is_inert;        // a placeholder without opinions
     bool is_instanceable; // brought in by an arc of an instance (see prim_index.h)
 } CoNode;
 
@@ -95,7 +95,8 @@ static inline bool co_arc_is_class(CoArcKind kind)
     return kind == CO_ARC_INHERIT || kind == CO_ARC_SPECIALIZE;
 }
 
-// All nodes, strongest first; specializes come after everything else. `out` has graph->count elements.
+// All nodes, strongest first; specializes come after everything else. `out` has graph->count
+// elements.
 void co_graph_order(CoComposer *c, const CoGraph *graph, uint32_t from, uint32_t *out,
                     uint32_t *count);
 

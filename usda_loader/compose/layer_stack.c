@@ -102,8 +102,7 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
                           const CoArc *sublayer)
 {
     const char *why = NULL;
-    const char *asset =
-        co_expression_evaluate(c, stack->variables, sublayer->asset, &why);
+    const char *asset = co_expression_evaluate(c, stack->variables, sublayer->asset, &why);
     if (!asset) {
         co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@: %s", sublayer->asset,
                          why);
@@ -210,8 +209,8 @@ static void read_relocates(CoComposer *c, CoStack *stack, const CoLayerFile *fil
                              "a relocate contradicts another and is ignored");
             continue;
         }
-        stack->relocates = co_composer_grow(c, stack->relocates, stack->relocate_count, capacity,
-                                            sizeof(CoMove));
+        stack->relocates =
+            co_composer_grow(c, stack->relocates, stack->relocate_count, capacity, sizeof(CoMove));
         stack->relocates[stack->relocate_count++] = move;
     }
 }

@@ -28,8 +28,8 @@ typedef bool CoListItemFn(void *context, const CoListOp *op, CoListOpKind kind, 
 void co_list_apply(CoComposer *c, CoList *list, const CoListOp *op, CoListItemFn *item,
                    void *context);
 
-// Moves the elements of `list` named in `order` (equal by `a`) into that order; each takes along the
-// unnamed ones that follow it.
+// Moves the elements of `list` named in `order` (equal by `a`) into that order; each takes along
+// the unnamed ones that follow it.
 void co_list_reorder(CoComposer *c, CoList *list, const CoListItem *order, size_t count);
 
 bool co_list_item_equal(const CoListItem *a, const CoListItem *b);

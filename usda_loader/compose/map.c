@@ -137,8 +137,7 @@ CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner
 {
     CoMapPair stack[16];
     size_t most = (size_t)inner->count + outer->count, count = 0;
-    CoMapPair *pairs =
-        most <= 16 ? stack : co_arena_array(table->arena, most, sizeof(CoMapPair));
+    CoMapPair *pairs = most <= 16 ? stack : co_arena_array(table->arena, most, sizeof(CoMapPair));
     if (!pairs)
         return NULL;
     for (uint32_t i = 0; i < inner->count; i++) {

@@ -1,7 +1,7 @@
 // Map functions: how an arc carries paths and times from its source to its target.
 //
-// A map is a set of path pairs, source -> target; the longest matching pair decides. A path that no pair
-// covers has no image. Times go t -> t * scale + offset. Maps are constant once made.
+// A map is a set of path pairs, source -> target; the longest matching pair decides. A path that no
+// pair covers has no image. Times go t -> t * scale + offset. Maps are constant once made.
 
 #ifndef CO_COMPOSE_MAP_H
 #define CO_COMPOSE_MAP_H
@@ -35,8 +35,8 @@ CoMap *co_map_inverse(CoPathTable *table, const CoMap *map);
 bool co_map_equal(const CoMap *a, const CoMap *b);
 bool co_map_is_identity(const CoMap *map);
 
-// The image of a path without variant selections, or NULL if it has none. Memory running out looks the
-// same, except that table->arena has then refused (callers test that once, at the end).
+// The image of a path without variant selections, or NULL if it has none. Memory running out looks
+// the same, except that table->arena has then refused (callers test that once, at the end).
 const CoPath *co_map_to_target(CoPathTable *table, const CoMap *map, const CoPath *path);
 const CoPath *co_map_to_source(CoPathTable *table, const CoMap *map, const CoPath *path);
 

@@ -130,9 +130,8 @@ static const CoPath *path_in_outer(const CoIndexer *indexer, const CoPath *path)
     const CoPath *here = indexer->graph.nodes[0].site->path;
     if (!co_path_has_prefix(path, here))
         return path;
-    return co_composer_need(indexer->c,
-                            co_path_replace_prefix(&indexer->c->paths, path, here,
-                                                   indexer->frame->requested->path));
+    return co_composer_need(indexer->c, co_path_replace_prefix(&indexer->c->paths, path, here,
+                                                               indexer->frame->requested->path));
 }
 
 static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
@@ -145,8 +144,8 @@ static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
     while (true) {
         for (; node != CO_NO_NODE; node = indexer->graph.nodes[node].parent) {
             const CoSite *site = indexer->graph.nodes[node].site;
-            if (site->stack == stack && (co_path_has_prefix(site->path, path) ||
-                                         co_path_has_prefix(path, site->path)))
+            if (site->stack == stack &&
+                (co_path_has_prefix(site->path, path) || co_path_has_prefix(path, site->path)))
                 return true;
         }
         if (!indexer->frame)
@@ -173,7 +172,8 @@ static bool is_duplicate(const CoIndexer *indexer, const CoSite *site)
     }
 }
 
-// ---- Arcs -----------------------------------------------------------------------------------------
+// ---- Arcs
+// -----------------------------------------------------------------------------------------
 static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder);
 
 static uint32_t depth_of_frames(const CoFrame *frame)

@@ -1,9 +1,9 @@
 // Building prim indices, in the reference implementation's order of work.
 //
-// Arcs are tasks. They are done in the order relocates, references, payloads, inherits, implied classes,
-// specializes, variants, because each may bring in more of the others; variants are last, since any
-// other arc may bring in a selection. An arc to a prim that is no root prim first builds the index of
-// that prim by itself, so that what its ancestors refer to counts too.
+// Arcs are tasks. They are done in the order relocates, references, payloads, inherits, implied
+// classes, specializes, variants, because each may bring in more of the others; variants are last,
+// since any other arc may bring in a selection. An arc to a prim that is no root prim first builds
+// the index of that prim by itself, so that what its ancestors refer to counts too.
 
 #ifndef CO_COMPOSE_PRIM_INDEX_H
 #define CO_COMPOSE_PRIM_INDEX_H
@@ -13,8 +13,8 @@
 // The index of the pseudo-root. Graphs live in the composer's scratch arena.
 void co_prim_index_root(CoComposer *c, CoStack *stack, CoGraph *out);
 
-// The index of a child of the prim that `parent` belongs to. Below an instance, what only the instance
-// itself says about its descendants is left out.
+// The index of a child of the prim that `parent` belongs to. Below an instance, what only the
+// instance itself says about its descendants is left out.
 void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_instance,
                          const char *name, CoGraph *out);
 
@@ -72,7 +72,8 @@ typedef struct CoArcOptions {
     bool skip_duplicates; // nothing to do if the site is in the graph already
 } CoArcOptions;
 
-// Adds an arc and the tasks that follow from it; CO_NO_NODE when it is skipped (a cycle is reported).
+// Adds an arc and the tasks that follow from it; CO_NO_NODE when it is skipped (a cycle is
+// reported).
 uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptions options,
                             const CoStackLayer *layer, uint32_t line);
 void co_indexer_add_task(CoIndexer *indexer, CoTask task);

@@ -69,7 +69,11 @@ static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char
     CoPath *path = co_arena_alloc(table->arena, sizeof *path);
     if (!path)
         return NULL;
-    *path = (CoPath){parent, name, selection, prim ? prim : path, parent->length + 1,
+    *path = (CoPath){parent,
+                     name,
+                     selection,
+                     prim ? prim : path,
+                     parent->length + 1,
                      parent->depth + (selection ? 0 : 1)};
     // Interning the plain path may have grown the table.
     at = find_slot(table, parent, name, selection);

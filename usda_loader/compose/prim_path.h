@@ -1,8 +1,9 @@
 // Prim paths, interned: one object per path, so that equal paths are equal pointers.
 //
-// A path is a chain of elements from the root "/". An element is a prim name, or a variant selection
-// {set=selection} of the prim before it, which only paths into layers have. Table and paths live in the
-// arena given at init. Threads: one at a time while the table grows; paths themselves are constant.
+// A path is a chain of elements from the root "/". An element is a prim name, or a variant
+// selection {set=selection} of the prim before it, which only paths into layers have. Table and
+// paths live in the arena given at init. Threads: one at a time while the table grows; paths
+// themselves are constant.
 
 #ifndef CO_COMPOSE_PRIM_PATH_H
 #define CO_COMPOSE_PRIM_PATH_H
@@ -41,8 +42,8 @@ const CoPath *co_path_find_child(const CoPathTable *table, const CoPath *parent,
 const CoPath *co_path_replace_prefix(CoPathTable *table, const CoPath *path, const CoPath *from,
                                      const CoPath *to);
 
-// Parses "/A/B", "B", "../C" or "." against `anchor` (used for relative text only). Anything that is no
-// prim path gives NULL with *malformed = true; running out of memory gives NULL with false.
+// Parses "/A/B", "B", "../C" or "." against `anchor` (used for relative text only). Anything that
+// is no prim path gives NULL with *malformed = true; running out of memory gives NULL with false.
 const CoPath *co_path_parse(CoPathTable *table, const char *text, size_t length,
                             const CoPath *anchor, bool *malformed);
 

@@ -117,7 +117,8 @@ typedef struct CoArcReader {
     uint32_t line;
 } CoArcReader;
 
-static bool read_arc(void *context, const CoListOp *op, CoListOpKind kind, size_t i, CoListItem *out)
+static bool read_arc(void *context, const CoListOp *op, CoListOpKind kind, size_t i,
+                     CoListItem *out)
 {
     CoArcReader *reader = context;
     CoComposer *c = reader->c;
@@ -134,9 +135,9 @@ static bool read_arc(void *context, const CoListOp *op, CoListOpKind kind, size_
     if (!*asset && *arc->asset)
         return false;
     CoSiteArc *made = co_composer_alloc(c, sizeof *made);
-    *made = (CoSiteArc){asset,       co_asset_anchor(c, reader->layer->file, asset),
-                        arc->prim,   arc->offset,
-                        arc->scale,  reader->layer,
+    *made = (CoSiteArc){asset,      co_asset_anchor(c, reader->layer->file, asset),
+                        arc->prim,  arc->offset,
+                        arc->scale, reader->layer,
                         line};
     *out = (CoListItem){.a = made->asset,
                         .b = co_composer_need(c, co_token(arc->prim, strlen(arc->prim))),
@@ -185,8 +186,7 @@ static size_t copy_names(CoComposer *c, const CoList *list, CoSiteName **out)
 {
     *out = co_composer_array(c, list->count, sizeof **out);
     for (size_t i = 0; i < list->count; i++)
-        (*out)[i] =
-            (CoSiteName){list->items[i].a, list->items[i].source, list->items[i].line};
+        (*out)[i] = (CoSiteName){list->items[i].a, list->items[i].source, list->items[i].line};
     return list->count;
 }
 

@@ -35,7 +35,8 @@ static CoAnswerSlot *find_slot(CoAnswerSlot *slots, size_t capacity, const CoQue
 {
     uint64_t time;
     memcpy(&time, &key->time, sizeof time);
-    uint64_t h = co_hash_combine((uint64_t)(uintptr_t)key->subject, (uint64_t)(uintptr_t)key->detail);
+    uint64_t h =
+        co_hash_combine((uint64_t)(uintptr_t)key->subject, (uint64_t)(uintptr_t)key->detail);
     h = co_hash_combine(h, key->number ^ time << 1);
     for (size_t at = h & (capacity - 1);; at = (at + 1) & (capacity - 1))
         if (!slots[at].is_used || is_same(&slots[at].key, key))

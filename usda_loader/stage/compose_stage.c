@@ -1,4 +1,5 @@
-// From the root layer to the tree of prims, depth first: one prim index at a time is alive per level.
+// From the root layer to the tree of prims, depth first: one prim index at a time is alive per
+// level.
 
 #include "compose/fields.h"
 #include "compose/list_op.h"
@@ -8,7 +9,8 @@
 
 #include <string.h>
 
-// ---- Opinions -------------------------------------------------------------------------------------
+// ---- Opinions
+// -------------------------------------------------------------------------------------
 static const CoSource *link_sources(CoComposer *c, const CoNode *node)
 {
     if (node->link->sources)
@@ -53,12 +55,13 @@ static void gather_opinions(CoComposer *c, CohortPrim *prim, const CoGraph *grap
             continue;
         const CoSource *sources = link_sources(c, node);
         for (uint32_t j = 0; j < node->site->spec_count; j++)
-            opinions[prim->opinion_count++] = (CoOpinion){node->site->specs[j].spec,
-                                                          &sources[node->site->specs[j].layer]};
+            opinions[prim->opinion_count++] =
+                (CoOpinion){node->site->specs[j].spec, &sources[node->site->specs[j].layer]};
     }
 }
 
-// ---- What a prim is -------------------------------------------------------------------------------
+// ---- What a prim is
+// -------------------------------------------------------------------------------
 static bool is_directly_inherited(const CoGraph *graph, uint32_t node)
 {
     for (; node != 0; node = graph->nodes[node].parent)
@@ -68,8 +71,8 @@ static bool is_directly_inherited(const CoGraph *graph, uint32_t node)
     return false;
 }
 
-// The strongest that defines wins; that a class is inherited does not make a class of the heir as long
-// as anything weaker defines it.
+// The strongest that defines wins; that a class is inherited does not make a class of the heir as
+// long as anything weaker defines it.
 static CohortSpecifier compose_specifier(const CoGraph *graph, const CoOrdered *ordered)
 {
     CohortSpecifier out = COHORT_SPECIFIER_OVER;
@@ -123,8 +126,9 @@ static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph
         prim->flags |= CO_PRIM_ABSTRACT;
 }
 
-// ---- Instances ------------------------------------------------------------------------------------
-// Marks what comes in by arcs authored at this very prim; true if there is any.
+// ---- Instances
+// ------------------------------------------------------------------------------------ Marks what
+// comes in by arcs authored at this very prim; true if there is any.
 static bool mark_instanceable(CoGraph *graph, uint32_t node, bool is_below_arc)
 {
     bool any = false;
@@ -133,8 +137,7 @@ static bool mark_instanceable(CoGraph *graph, uint32_t node, bool is_below_arc)
         any = true;
     for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
          i = graph->nodes[i].next_sibling)
-        any |= mark_instanceable(graph, i,
-                                 is_below_arc || co_node_depth_below_arc(graph, i) == 0);
+        any |= mark_instanceable(graph, i, is_below_arc || co_node_depth_below_arc(graph, i) == 0);
     return any;
 }
 
@@ -189,7 +192,8 @@ static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const Co
     return slot->prim;
 }
 
-// ---- Children -------------------------------------------------------------------------------------
+// ---- Children
+// -------------------------------------------------------------------------------------
 typedef struct CoNameSet {
     const char **slots;
     size_t capacity;
@@ -205,8 +209,8 @@ static bool add_name(CoNameSet *set, const char *name)
     return true;
 }
 
-// Edits the names so far as one site's relocates say: children moved away go, renamed ones are renamed
-// in place, and those moved here are added in the order of their names.
+// Edits the names so far as one site's relocates say: children moved away go, renamed ones are
+// renamed in place, and those moved here are added in the order of their names.
 static void relocate_names(CoComposer *c, CoList *names, CoNameSet *set, const CoSite *site)
 {
     CoList added = {.is_scratch = true};

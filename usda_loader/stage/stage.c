@@ -9,17 +9,24 @@
 #include <math.h>
 #include <string.h>
 
-// ---- Opening --------------------------------------------------------------------------------------
-static bool open_root(CohortStage *stage, const char *path, CohortError *err)
+// ---- Opening
+// --------------------------------------------------------------------------------------
+static bool open_root(CohortStage *stage, const char *path)
 {
     CoComposer *c = &stage->composer;
     const char *absolute = co_asset_anchor(c, NULL, path);
-    const CoLayerFile *file = co_composer_layer(c, absolute, err);
+    const CoLayerFile *file = co_composer_layer(c, absolute, c->err);
     if (!file)
         return false;
     stage->stack = co_composer_stack(c, file, NULL);
     co_stage_compose(stage);
     return !c->is_strict_failure;
+}
+
+// The one place that composition escapes to.
+static bool open_guarded(CohortStage *stage, const char *path)
+{
+    return setjmp(stage->composer.escape) == 0 && open_root(stage, path);
 }
 
 CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
@@ -34,13 +41,11 @@ CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *optio
     stage->root.stage = stage;
     stage->answers_arena.tag = CO_MEMORY_USDA;
     stage->has_lock = pthread_mutex_init(&stage->lock, NULL) == 0;
-    bool ok = stage->has_lock && co_composer_init(&stage->composer, options, err);
-    if (ok && setjmp(stage->composer.escape) == 0) {
-        if (open_root(stage, path, err)) {
-            stage->composer.err = NULL;
-            co_arena_clear(&stage->composer.scratch);
-            return stage;
-        }
+    if (stage->has_lock && co_composer_init(&stage->composer, options, err) &&
+        open_guarded(stage, path)) {
+        stage->composer.err = NULL;
+        co_arena_clear(&stage->composer.scratch);
+        return stage;
     }
     if (err->code == COHORT_OK)
         CO_FAIL(err, COHORT_ERROR_INTERNAL, "the stage could not be opened");
@@ -59,7 +64,8 @@ void cohort_stage_destroy(CohortStage *stage)
     co_free(CO_MEMORY_USDA, stage, sizeof *stage);
 }
 
-// ---- Stage metadata -------------------------------------------------------------------------------
+// ---- Stage metadata
+// -------------------------------------------------------------------------------
 static const CoField *stage_field(const CohortStage *stage, const char *name)
 {
     return co_layer_field(stage->stack->root, co_token(name, strlen(name)));

@@ -1,5 +1,5 @@
-// How the composed stage lies in memory. Everything is in the composer's arena and constant once the
-// stage is open, except the cache of answers that had to be worked out, which a lock guards.
+// How the composed stage lies in memory. Everything is in the composer's arena and constant once
+// the stage is open, except the cache of answers that had to be worked out, which a lock guards.
 
 #ifndef CO_STAGE_STAGE_DATA_H
 #define CO_STAGE_STAGE_DATA_H
@@ -106,7 +106,8 @@ const CoAnswer *co_stage_keep_answer(const CohortStage *stage, const CoQueryKey 
                                      const CoAnswer *answer); // NULL: out of memory
 void *co_stage_alloc(const CohortStage *stage, size_t count, size_t size);
 
-// ---- Opinions on a property -----------------------------------------------------------------------
+// ---- Opinions on a property
+// -----------------------------------------------------------------------
 typedef struct CoPropertyWalk {
     const CohortPrim *prim;
     const char *name; // token
@@ -120,14 +121,19 @@ typedef struct CoPropertyWalk {
 CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name);
 bool co_property_next(CoPropertyWalk *walk);
 
-// ---- Values ---------------------------------------------------------------------------------------
-// A value as its layer means it, in stage terms: times scaled. Allocates only where it must.
+// ---- Values
+// --------------------------------------------------------------------------------------- A value
+// as its layer means it, in stage terms: times scaled. Allocates only where it must.
 bool co_value_in_stage(const CohortStage *stage, const CoValue *value, const CoSource *source,
                        CohortValue *out);
 
 // Interpolates between two values; false when they must be held instead.
 bool co_value_can_interpolate(const CoValue *a, const CoValue *b);
 void co_value_interpolate(const CoValue *a, const CoValue *b, double u, void *out);
+
+// The value of a curve at a time of its own layer, as the type that `spec` declares.
+bool co_spline_value(const CohortStage *stage, const CoSpec *spec, const CoValue *value,
+                     double time, CohortValue *out);
 
 // Where the value of an attribute comes from.
 typedef struct CoValueSource {
@@ -136,6 +142,24 @@ typedef struct CoValueSource {
     const CoSpec *spec;
 } CoValueSource;
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
+
+// ---- List ops over packed items (with the lock held)
+// ----------------------------------------------
+typedef struct CoEditList {
+    const CohortStage *stage;
+    void *items;
+    size_t count, capacity, item_size;
+    bool is_text; // items are CohortString
+} CoEditList;
+
+// What an item becomes in the stage's namespace; false drops it.
+typedef struct CoEditTranslate {
+    bool (*fn)(void *context, const CohortString *in, CohortString *out);
+    void *context;
+} CoEditTranslate;
+
+// Edits the list by an op of its item type; false when memory is at an end.
+bool co_edit_list_apply(CoEditList *list, const CoListOp *op, const CoEditTranslate *translate);
 
 // Composed metadata of the prim (property NULL) or of a property.
 bool co_prim_field(const CohortPrim *prim, const char *property, const char *key, CohortValue *out);

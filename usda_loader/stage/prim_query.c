@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-// ---- Finding --------------------------------------------------------------------------------------
+// ---- Finding
+// --------------------------------------------------------------------------------------
 static const CohortPrim *find_child(const CohortPrim *prim, const char *name, size_t length)
 {
     for (uint32_t i = 0; i < prim->child_count; i++) {
@@ -31,7 +32,8 @@ const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path)
     return prim;
 }
 
-// ---- What it is -------------------------------------------------------------------------------------
+// ---- What it is
+// -------------------------------------------------------------------------------------
 const char *cohort_prim_name(const CohortPrim *prim)
 {
     return prim->path->name;
@@ -129,8 +131,9 @@ const char *cohort_prim_kind(const CohortPrim *prim)
                : "";
 }
 
-// ---- Variants ---------------------------------------------------------------------------------------
-// Adds the items of one of a list op's lists that are not there yet.
+// ---- Variants
+// --------------------------------------------------------------------------------------- Adds the
+// items of one of a list op's lists that are not there yet.
 static size_t add_names(const char **names, size_t count, const CohortString *items, size_t n)
 {
     for (size_t i = 0; i < n; i++) {

@@ -28,7 +28,8 @@ bool co_property_next(CoPropertyWalk *walk)
     return false;
 }
 
-// ---- Names ----------------------------------------------------------------------------------------
+// ---- Names
+// ----------------------------------------------------------------------------------------
 static bool is_digit(char c)
 {
     return c >= '0' && c <= '9';
@@ -75,8 +76,18 @@ static int compare_names(const void *a, const void *b)
     return co_name_compare(*(const char *const *)a, *(const char *const *)b);
 }
 
-// propertyOrder moves what it names; the rest follows whatever it stood behind.
-static void reorder(const CohortPrim *prim, const char **names, size_t count, const char **scratch)
+static size_t find_name(const char *const *names, size_t count, const CohortString *name)
+{
+    size_t i = 0;
+    while (i < count && strcmp(names[i], name->text) != 0)
+        i++;
+    return i;
+}
+
+// propertyOrder moves what it names; each takes along the unnamed ones that follow it. `sorted` has
+// room for `count` names and as many flags.
+static void reorder(const CohortPrim *prim, const char **names, size_t count, const char **sorted,
+                    bool *is_named)
 {
     const CoField *field = NULL;
     for (uint32_t i = 0; i < prim->opinion_count && !field; i++)
@@ -84,34 +95,23 @@ static void reorder(const CohortPrim *prim, const char **names, size_t count, co
     if (!field || field->value.type != COHORT_TYPE_TOKEN)
         return;
     const CohortString *order = field->value.data;
-    size_t made = 0;
-    // Names are compared as text: order lists are short.
-    size_t first = 0;
-    for (; first < count; first++) {
-        bool is_named = false;
-        for (size_t k = 0; k < field->value.count && !is_named; k++)
-            is_named = !strcmp(order[k].text, names[first]);
-        if (is_named)
-            break;
-        scratch[made++] = names[first];
-    }
     for (size_t k = 0; k < field->value.count; k++) {
-        for (size_t i = first; i < count; i++) {
-            if (!names[i] || strcmp(order[k].text, names[i]))
-                continue;
-            bool is_named = true;
-            do {
-                scratch[made++] = names[i];
-                names[i] = NULL;
-                is_named = false;
-                for (size_t l = 0; ++i < count && names[i] && l < field->value.count; l++, i--)
-                    is_named |= !strcmp(order[l].text, names[i]);
-            } while (i < count && names[i] && !is_named);
-            break;
-        }
+        size_t at = find_name(names, count, &order[k]);
+        if (at < count)
+            is_named[at] = true;
     }
-    if (made == count)
-        memcpy(names, scratch, count * sizeof *names);
+    size_t made = 0;
+    for (size_t i = 0; i < count && !is_named[i]; i++)
+        sorted[made++] = names[i];
+    for (size_t k = 0; k < field->value.count; k++) {
+        size_t at = find_name(names, count, &order[k]);
+        if (at == count || find_name(sorted, made, &order[k]) < made)
+            continue;
+        do
+            sorted[made++] = names[at++];
+        while (at < count && !is_named[at]);
+    }
+    memcpy(names, sorted, count * sizeof *names);
 }
 
 static CoAnswer property_names(const CohortPrim *prim)
@@ -125,17 +125,20 @@ static CoAnswer property_names(const CohortPrim *prim)
     for (uint32_t i = 0; i < prim->opinion_count; i++)
         most += prim->opinions[i].spec->property_count;
     const char **names = co_stage_alloc(stage, 2 * most + 1, sizeof *names);
-    if (!names)
+    bool *flags = co_stage_alloc(stage, most + 1, sizeof *flags);
+    if (!names || !flags)
         return (CoAnswer){0};
     for (uint32_t i = 0; i < prim->opinion_count; i++)
         for (size_t j = 0; j < prim->opinions[i].spec->property_count; j++)
             names[count++] = prim->opinions[i].spec->properties[j]->name;
-    qsort(names, count, sizeof *names, compare_names);
+    if (count > 1)
+        qsort(names, count, sizeof *names, compare_names);
     size_t unique = 0;
     for (size_t i = 0; i < count; i++)
         if (!unique || names[unique - 1] != names[i])
             names[unique++] = names[i];
-    reorder(prim, names, unique, names + most + 1);
+    if (unique > 1)
+        reorder(prim, names, unique, names + most, flags);
     CoAnswer answer = {.data = names, .count = unique};
     co_stage_keep_answer(stage, &key, &answer);
     return answer;
