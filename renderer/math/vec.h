@@ -99,7 +99,8 @@ static inline float co_length(CoVec3 a)
 static inline CoVec3 co_normalize(CoVec3 a)
 {
     float m = fmaxf(fmaxf(fabsf(a.x), fabsf(a.y)), fabsf(a.z));
-    if (!(m > 0.0f) || !(m <= 3.4e38f))
+    // fmaxf drops a NaN beside a number: each is asked for.
+    if (!(m > 0.0f) || !isfinite(m) || isnan(a.x) || isnan(a.y) || isnan(a.z))
         return co_vec3(0.0f, 0.0f, 0.0f);
     if (m < 1e-15f || m > 1e15f)
         a = co_vec3(a.x / m, a.y / m, a.z / m);

@@ -1,8 +1,9 @@
 // Surface scattering: one BSDF per hit, made from a material and its texture values.
 //
 // Words are pbrt's: wo and wi point away from the surface, f is the BSDF value, eta relative index.
-// Everything returned already honours reciprocity breaking by shading normals: directions are in the
-// render frame, cosines are absolute, and light leaking through ng is zero.
+// Directions are in the render frame. A surface is two-sided: normals turn to the side of wo, and
+// where wo is above ng but below ns, ns is bent until it sees wo. Light that would leak through ng is
+// zero. Pure functions: any thread, no state.
 
 #ifndef CO_SHADING_BSDF_H
 #define CO_SHADING_BSDF_H
@@ -10,7 +11,13 @@
 #include "cohort/scene.h"
 #include "math/vec.h"
 
-// Values of a material's inputs at a hit: constants, primvars and textures resolved.
+// GGX roughness below which a lobe is a perfect mirror (roughness 0.0316): narrower than a pixel, and
+// too narrow for float32 directions.
+#define CO_BSDF_ALPHA_MIN 1e-3f
+
+// Values of a material's inputs at a hit: constants, primvars and textures resolved. Colors but the
+// emissive one, metallic, both roughnesses, clearcoat and opacity are clamped to [0, 1]; what is not a
+// number counts as 0. An ior that is negative or not a number counts as 1.5.
 typedef struct CoPreviewSurface {
     CoVec3 diffuse_color, emissive_color, specular_color;
     float metallic, roughness, clearcoat, clearcoat_roughness, opacity, opacity_threshold, ior;
@@ -26,13 +33,17 @@ typedef struct CoBsdf {
     float coat;       // weight of the clearcoat
     float coat_alpha, coat_f0;
     float opacity;    // of the diffuse part; the rest goes straight through
-    float p_diffuse, p_specular, p_coat, p_through; // lobe selection probabilities, sum 1 (or all 0)
+    float p_diffuse, p_specular, p_coat, p_through; // lobe selection, sum 1, or all 0: absorbs all
 } CoBsdf;
 
 // Lambertian with this albedo.
 void co_bsdf_lambert(CoVec3 albedo, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out);
 
-// UsdPreviewSurface (field definitions of its specification, version 2.x).
+// UsdPreviewSurface (specification 2.x): Lambert dimmed by 1 - F, GGX with F from the half vector
+// between F0 and F90 (Schlick 1994), white clearcoat added on top, as the specification's own shader
+// does; so each lobe reflects no more than it receives, but their sum may, at grazing angles.
+// Presence and threshold are decided before there is a BSDF: opacity then counts as 1. In transparent
+// mode the diffuse part is scaled by opacity and (1 - opacity)(1 - F) goes straight through.
 void co_bsdf_preview(const CoPreviewSurface *in, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out);
 
 // Whether any lobe is not a delta: only then do light samples make sense.
