@@ -7,9 +7,9 @@
 
 bool co_tree_grow(void **array, size_t *capacity, size_t count, size_t element, CohortError *err)
 {
-    if (count < *capacity)
+    if (count <= *capacity)
         return true;
-    size_t more = *capacity ? 2 * *capacity : 4, bytes = 0;
+    size_t more = count > 2 * *capacity ? count : 2 * *capacity, bytes = 0;
     void *moved = NULL;
     if (co_size_mul(more, element, &bytes))
         moved = co_realloc(CO_MEMORY_ACCEL, *array, *capacity * element, bytes);
@@ -37,37 +37,82 @@ void co_tree_clear(CoTree *tree)
     co_box_empty(&tree->box);
 }
 
+// Costs of a walk relative to each other: testing a node's 8 boxes, testing a leaf's triangles.
+#define NODE_COST 1.0f
+#define LEAF_COST 1.2f
+
+// How best to spend up to j children of a wide node on a binary subtree.
+typedef struct Plan {
+    float cost[CO_NODE_WIDTH]; // [j]: expected cost with at most j children, j = 1 .. 7
+    uint8_t
+        left[CO_NODE_WIDTH + 1]; // [j]: how many of them go left, j = 2 .. 8; 0: j - 1 do as well
+} Plan;
+
 typedef struct Collapse {
     const CoBinaryNode *binary;
+    Plan *plans;
     const CoBuildPrim *prims;
     const CoLeafRule *rule;
     CoTree *tree;
     CohortError *err;
+    double scale; // 1 / area of everything
 } Collapse;
 
-// Opens the child of largest area until there are 8 or only leaves. Returns how many there are.
-static int open_children(const CoBinaryNode *binary, size_t node, size_t children[CO_NODE_WIDTH])
+// The cheapest way to share j children between two subtrees.
+static float share_children(const Plan *left, const Plan *right, int j, uint8_t *to_left)
 {
-    int count = 1;
-    children[0] = node;
-    while (count < CO_NODE_WIDTH) {
-        int widest = -1;
-        double widest_area = -1.0;
-        for (int i = 0; i < count; i++) {
-            const CoBinaryNode *child = &binary[children[i]];
-            double area = co_box_area(&child->box);
-            if (child->right && area > widest_area) {
-                widest = i;
-                widest_area = area;
-            }
+    float best = INFINITY;
+    *to_left = 1;
+    for (int k = 1; k < j; k++) {
+        if (k >= CO_NODE_WIDTH || j - k >= CO_NODE_WIDTH)
+            continue;
+        float cost = left->cost[k] + right->cost[j - k];
+        if (cost < best) {
+            best = cost;
+            *to_left = (uint8_t)k;
         }
-        if (widest < 0)
-            break;
-        size_t opened = children[widest];
-        children[widest] = opened + 1;
-        children[count++] = binary[opened].right;
     }
-    return count;
+    return best;
+}
+
+static void plan_subtree(Collapse *collapse, size_t from)
+{
+    const CoBinaryNode *node = &collapse->binary[from];
+    Plan *plan = &collapse->plans[from];
+    float area = (float)(co_box_area(&node->box) * collapse->scale);
+    if (!node->right) {
+        for (int j = 1; j < CO_NODE_WIDTH; j++)
+            plan->cost[j] = area * LEAF_COST;
+        return;
+    }
+    plan_subtree(collapse, from + 1);
+    plan_subtree(collapse, node->right);
+    const Plan *left = &collapse->plans[from + 1], *right = &collapse->plans[node->right];
+    float as_node = share_children(left, right, CO_NODE_WIDTH, &plan->left[CO_NODE_WIDTH]);
+    plan->cost[1] = as_node + area * NODE_COST;
+    for (int j = 2; j < CO_NODE_WIDTH; j++) {
+        plan->cost[j] = share_children(left, right, j, &plan->left[j]);
+        if (plan->cost[j] < plan->cost[j - 1])
+            continue;
+        plan->cost[j] = plan->cost[j - 1];
+        plan->left[j] = 0;
+    }
+}
+
+// Lists the subtrees that take at most j children's places, after `count` others.
+static int list_children(const Collapse *collapse, size_t from, int j, int count,
+                         size_t children[CO_NODE_WIDTH])
+{
+    const CoBinaryNode *node = &collapse->binary[from];
+    const Plan *plan = &collapse->plans[from];
+    while (node->right && j > 1 && plan->left[j] == 0)
+        j--;
+    if (!node->right || j == 1) {
+        children[count] = from;
+        return count + 1;
+    }
+    count = list_children(collapse, from + 1, plan->left[j], count, children);
+    return list_children(collapse, node->right, j - plan->left[j], count, children);
 }
 
 static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref);
@@ -87,14 +132,15 @@ static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref)
     CoTree *tree = collapse->tree;
     CoWideNode node;
     void *nodes = tree->nodes;
-    if (!co_tree_grow(&nodes, &tree->node_capacity, tree->node_count, sizeof node, collapse->err))
+    if (!co_tree_grow(&nodes, &tree->node_capacity, tree->node_count + 1, sizeof node,
+                      collapse->err))
         return false;
     tree->nodes = nodes;
     size_t index = tree->node_count++;
     CO_CHECK(index < CO_REF_NONE, collapse->err, COHORT_ERROR_LIMIT,
              "a tree of more than 2^31 - 2 nodes; split the mesh");
     size_t children[CO_NODE_WIDTH];
-    int count = open_children(collapse->binary, from, children);
+    int count = list_children(collapse, from, CO_NODE_WIDTH, 0, children);
     for (int i = 0; i < CO_NODE_WIDTH; i++) {
         for (int k = 0; k < 3; k++) {
             const CoBox *box = i < count ? &collapse->binary[children[i]].box : NULL;
@@ -117,15 +163,25 @@ bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoT
     co_box_empty(&out->box);
     if (count == 0)
         return true;
-    size_t bytes = 0;
+    size_t binary_bytes = 0, plan_bytes = 0;
     CoBinaryNode *binary = NULL;
-    if (co_size_mul(2 * count, sizeof *binary, &bytes))
-        binary = co_alloc(CO_MEMORY_ACCEL, bytes);
-    CO_CHECK_MEMORY(binary, err);
-    Collapse collapse = {binary, prims, rule, out, err};
-    uint32_t root;
-    bool is_done =
-        co_binary_build(prims, count, rule, binary, err) && emit_node(&collapse, 0, &root);
+    Plan *plans = NULL;
+    if (co_size_mul(2 * count, sizeof *binary, &binary_bytes) &&
+        co_size_mul(2 * count, sizeof *plans, &plan_bytes)) {
+        binary = co_alloc(CO_MEMORY_ACCEL, binary_bytes);
+        plans = co_alloc(CO_MEMORY_ACCEL, plan_bytes);
+    }
+    bool is_done = binary && plans && co_binary_build(prims, count, rule, binary, err);
+    if (is_done) {
+        double area = co_box_area(&binary[0].box);
+        Collapse collapse = {binary, plans, prims, rule, out, err, area > 0.0 ? 1.0 / area : 0.0};
+        uint32_t root;
+        plan_subtree(&collapse, 0);
+        is_done = emit_node(&collapse, 0, &root);
+    } else if (!binary || !plans) {
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %zu things",
+                count);
+    }
     if (is_done) {
         void *nodes = out->nodes;
         co_tree_shrink(&nodes, &out->node_capacity, out->node_count, sizeof *out->nodes);
@@ -134,6 +190,7 @@ bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoT
     } else {
         co_tree_clear(out);
     }
-    co_free(CO_MEMORY_ACCEL, binary, bytes);
+    co_free(CO_MEMORY_ACCEL, plans, plan_bytes);
+    co_free(CO_MEMORY_ACCEL, binary, binary_bytes);
     return is_done;
 }

@@ -1,8 +1,9 @@
 // Builds trees: binned surface-area heuristic into a binary tree, then collapsed to 8 wide.
 //
 // Source: Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"; the collapse
-// opens the largest child first (Wald, Benthin, Boulos 2008).
-// Threads: building uses the pool; the tree is the same for any number of threads.
+// is the cheapest one, by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient Incoherent
+// Ray Traversal on GPUs Through Compressed Wide BVHs", 3). Threads: building uses the pool; the
+// tree is the same for any number of threads.
 
 #ifndef CO_ACCEL_BUILD_H
 #define CO_ACCEL_BUILD_H
@@ -33,7 +34,7 @@ bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoT
                    CohortError *err);
 void co_tree_clear(CoTree *tree);
 
-// Grows an array to hold one more element. The capacity is in elements.
+// Grows an array to hold at least `count` elements. The capacity is in elements.
 bool co_tree_grow(void **array, size_t *capacity, size_t count, size_t element, CohortError *err);
 
 // Gives back what an array holds beyond `count`; a failure to do so is harmless.

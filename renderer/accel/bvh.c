@@ -46,34 +46,41 @@ static uint8_t find_point(const uint32_t *points, uint32_t point)
     return j;
 }
 
+static void pack_leaf(unsigned char *bytes, const CoMesh *mesh, const CoBuildPrim *prims,
+                      size_t count, const uint32_t *points, size_t point_count)
+{
+    bytes[0] = (unsigned char)point_count;
+    unsigned char *corner = bytes + 1;
+    for (size_t c = 0; c < 3; c++)
+        for (size_t i = 0; i < count; i++)
+            *corner++ = find_point(points, mesh->indices[3 * (size_t)prims[i].id + c]);
+    bytes += co_leaf_tri_offset(count);
+    for (size_t i = 0; i < count; i++, bytes += sizeof(uint32_t))
+        memcpy(bytes, &prims[i].id, sizeof(uint32_t));
+    for (size_t k = 0; k < 3; k++)
+        for (size_t j = 0; j < point_count; j++, bytes += sizeof(float))
+            memcpy(bytes, &mesh->points[3 * (size_t)points[j] + k], sizeof(float));
+}
+
 static bool emit_leaf(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
                       CohortError *err)
 {
     const Packing *packing = context;
-    const CoMesh *mesh = packing->mesh;
     CoBvh *bvh = packing->bvh;
+    uint32_t points[CO_LEAF_WIDTH];
+    size_t point_count, place = bvh->leaf_bytes / CO_LEAF_UNIT;
+    distinct_points(packing->mesh, prims, count, points, &point_count);
+    size_t size = co_leaf_size(count, point_count);
     void *leaves = bvh->leaves;
-    CO_CHECK(bvh->leaf_count <= CO_REF_LEAF_INDEX, err, COHORT_ERROR_LIMIT,
-             "a mesh of more than 2^28 leaves; split the mesh");
-    if (!co_tree_grow(&leaves, &bvh->leaf_capacity, bvh->leaf_count, sizeof *bvh->leaves, err))
+    CO_CHECK(place <= CO_REF_LEAF_PLACE, err, COHORT_ERROR_LIMIT,
+             "a mesh whose leaves take more than 4 GiB; split the mesh");
+    if (!co_tree_grow(&leaves, &bvh->leaf_capacity, bvh->leaf_bytes + size + CO_LEAF_TAIL, 1, err))
         return false;
     bvh->leaves = leaves;
-    CoTriLeaf *leaf = &bvh->leaves[bvh->leaf_count];
-    memset(leaf, 0, sizeof *leaf);
-    uint32_t points[CO_LEAF_WIDTH];
-    size_t point_count;
-    distinct_points(mesh, prims, count, points, &point_count);
-    for (size_t j = 0; j < point_count; j++)
-        for (int k = 0; k < 3; k++)
-            leaf->points[k][j] = mesh->points[3 * (size_t)points[j] + (size_t)k];
-    for (size_t i = 0; i < count; i++) {
-        leaf->tri[i] = prims[i].id;
-        for (int c = 0; c < 3; c++)
-            leaf->corner[c][i] =
-                find_point(points, mesh->indices[3 * (size_t)prims[i].id + (size_t)c]);
-    }
-    *ref = CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT | (uint32_t)bvh->leaf_count;
-    bvh->leaf_count++;
+    memset(bvh->leaves + bvh->leaf_bytes, 0, size + CO_LEAF_TAIL);
+    pack_leaf(bvh->leaves + bvh->leaf_bytes, packing->mesh, prims, count, points, point_count);
+    *ref = CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT | (uint32_t)place;
+    bvh->leaf_bytes += size;
     return true;
 }
 
@@ -114,7 +121,8 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         CoLeafRule rule = {leaf_fits, emit_leaf, &packing, CO_LEAF_WIDTH};
         is_built = co_tree_build(prims, mesh->tri_count, &rule, &bvh->tree, err);
         void *leaves = bvh->leaves;
-        co_tree_shrink(&leaves, &bvh->leaf_capacity, bvh->leaf_count, sizeof *bvh->leaves);
+        if (leaves)
+            co_tree_shrink(&leaves, &bvh->leaf_capacity, bvh->leaf_bytes + CO_LEAF_TAIL, 1);
         bvh->leaves = leaves;
     } else {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
@@ -133,12 +141,11 @@ void co_bvh_destroy(CoBvh *bvh)
     if (!bvh)
         return;
     co_tree_clear(&bvh->tree);
-    co_free(CO_MEMORY_ACCEL, bvh->leaves, bvh->leaf_capacity * sizeof *bvh->leaves);
+    co_free(CO_MEMORY_ACCEL, bvh->leaves, bvh->leaf_capacity);
     co_free(CO_MEMORY_ACCEL, bvh, sizeof *bvh);
 }
 
 size_t co_bvh_bytes(const CoBvh *bvh)
 {
-    return sizeof *bvh + bvh->tree.node_capacity * sizeof *bvh->tree.nodes +
-           bvh->leaf_capacity * sizeof *bvh->leaves;
+    return sizeof *bvh + bvh->tree.node_capacity * sizeof *bvh->tree.nodes + bvh->leaf_capacity;
 }

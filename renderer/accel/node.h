@@ -18,10 +18,11 @@ enum {
 };
 
 // A child: an inner node's index, or with CO_REF_LEAF a leaf. A leaf of a mesh has its triangle
-// count - 1 in bits 28..30 and its index below; a leaf of a group has the instance's index.
+// count - 1 in bits 28..30 and its place, in units of 16 bytes, below; a leaf of a group has the
+// instance's index.
 #define CO_REF_LEAF 0x80000000u
 #define CO_REF_COUNT_SHIFT 28
-#define CO_REF_LEAF_INDEX 0x0fffffffu
+#define CO_REF_LEAF_PLACE 0x0fffffffu
 #define CO_REF_NONE 0x7fffffffu
 
 // Up to 8 children. Rows: 2 axis + (0 = low plane, 1 = high plane). Children that are not there
@@ -32,14 +33,55 @@ typedef struct CoWideNode {
 } CoWideNode;
 _Static_assert(sizeof(CoWideNode) == 224, "a node is seven half cache lines");
 
-// Up to 8 triangles that share at most 8 points; each point stands once and is sheared once.
+// Up to 8 triangles that share at most 8 points, packed; each point stands once and is sheared
+// once.
+//
+//   uint8_t  point_count
+//   uint8_t  corner[3][n]          point of corner 0 of every triangle, then of corner 1, then 2
+//   (to a multiple of 4)
+//   uint32_t tri[n]                of the mesh
+//   float    points[3][point_count] by axis
+//   (to a multiple of 16)
+//
+// Kernels load 8 of everything and leave what is beyond the end alone: the last leaf has
+// CO_LEAF_TAIL bytes behind it.
+enum {
+    CO_LEAF_UNIT = 16,
+    CO_LEAF_TAIL = 64
+};
+
 typedef struct CoTriLeaf {
-    float points[3][CO_LEAF_WIDTH];   // by axis
-    uint8_t corner[3][CO_LEAF_WIDTH]; // point of corner 0, 1, 2 by triangle
-    uint8_t padding[8];
-    uint32_t tri[CO_LEAF_WIDTH]; // of the mesh
+    const uint8_t *corner[3];
+    const uint32_t *tri;
+    const float *points[3];
 } CoTriLeaf;
-_Static_assert(sizeof(CoTriLeaf) == 160, "a leaf is five half cache lines");
+
+// Where tri starts in a leaf of n triangles.
+static inline size_t co_leaf_tri_offset(size_t n)
+{
+    return (1 + 3 * n + 3) & ~(size_t)3;
+}
+
+static inline size_t co_leaf_size(size_t n, size_t points)
+{
+    size_t bytes = co_leaf_tri_offset(n) + sizeof(uint32_t) * n + 3 * sizeof(float) * points;
+    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
+}
+
+static inline CoTriLeaf co_leaf_open(const unsigned char *bytes, size_t n)
+{
+    CoTriLeaf leaf;
+    size_t points = bytes[0];
+    leaf.corner[0] = bytes + 1;
+    leaf.corner[1] = leaf.corner[0] + n;
+    leaf.corner[2] = leaf.corner[1] + n;
+    bytes += co_leaf_tri_offset(n);
+    leaf.tri = (const uint32_t *)(const void *)bytes;
+    leaf.points[0] = (const float *)(const void *)(leaf.tri + n);
+    leaf.points[1] = leaf.points[0] + points;
+    leaf.points[2] = leaf.points[1] + points;
+    return leaf;
+}
 
 typedef struct CoBox {
     float lo[3], hi[3];
@@ -54,8 +96,8 @@ typedef struct CoTree {
 
 struct CoBvh {
     CoTree tree;
-    CoTriLeaf *leaves;
-    size_t leaf_count, leaf_capacity;
+    unsigned char *leaves;
+    size_t leaf_bytes, leaf_capacity;
 };
 
 struct CoTop {

@@ -86,10 +86,10 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 {
     return m;
 }
-// table[index[lane]] for a table of 8; indices below 8.
+// table[index[lane] & 7] for a table of 8.
 static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
 {
-    return table[*index];
+    return table[*index & 7];
 }
 
 #endif

@@ -87,7 +87,8 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 }
 static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
 {
-    return _mm_setr_ps(table[index[0]], table[index[1]], table[index[2]], table[index[3]]);
+    return _mm_setr_ps(table[index[0] & 7], table[index[1] & 7], table[index[2] & 7],
+                       table[index[3] & 7]);
 }
 
 #endif

@@ -78,7 +78,7 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
         if (ref & CO_REF_LEAF) {
             uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
             for (uint32_t j = 0; j < count; j++) {
-                uint32_t id = check->leaves->ids[(ref & CO_REF_LEAF_INDEX) + j];
+                uint32_t id = check->leaves->ids[(ref & CO_REF_LEAF_PLACE) + j];
                 assert_true(is_inside(check->by_id[id].lo, check->by_id[id].hi, &child));
                 check->seen++;
             }

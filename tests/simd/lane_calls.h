@@ -10,7 +10,7 @@ enum {
 };
 
 // Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at
-// out[operation * count + i]. index holds numbers below 8, table 8 floats.
+// out[operation * count + i]. table holds 8 floats.
 typedef void LaneCalls(const float *a, const float *b, const float *table, const uint8_t *index,
                        uint32_t count, float *out);
 

@@ -95,8 +95,9 @@ static void trace_mesh(Group *group, const Rays *rays, uint32_t j, const CoBvh *
     for (;;) {
         if (ref & CO_REF_LEAF) {
             uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-            if (trace_leaf(group, rays, j, &shear, &bvh->leaves[ref & CO_REF_LEAF_INDEX], count,
-                           path))
+            size_t place = (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
+            const CoTriLeaf leaf = co_leaf_open(bvh->leaves + place, count);
+            if (trace_leaf(group, rays, j, &shear, &leaf, count, path))
                 return;
         } else {
             const CoWideNode *node = &bvh->tree.nodes[ref];
