@@ -72,6 +72,7 @@ CoFilm *co_film_create(uint32_t width, uint32_t height, uint32_t aovs, int unit_
     film->aovs = aovs | COHORT_AOV_COLOR;
     film->unit_exponent = unit_exponent;
     film->pixels = (size_t)width * height;
+    film->cap = ldexpf(1.0f, unit_exponent + CAP_EXPONENT); // infinite where no float can pass it
     if (lay_out(film)) {
         film->open = co_alloc(CO_MEMORY_FILM, film->words * sizeof *film->open);
         film->shown = co_alloc(CO_MEMORY_FILM, film->words * sizeof *film->shown);
@@ -103,6 +104,13 @@ static void count(CoFilm *film, int counter)
     atomic_fetch_add_explicit(&film->open[counter], 1, memory_order_relaxed);
 }
 
+static uint32_t float_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
 // Relaxed order is enough: sums modulo 2^128 commute, and every carry out of the low word is seen
 // by exactly one addition, which hands it on. Readers come after the parallel section has ended.
 static void add_wide(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
@@ -113,17 +121,29 @@ static void add_wide(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
         atomic_fetch_add_explicit(&sum[1], high, memory_order_relaxed);
 }
 
-// Adds round(value / unit); |value| / unit < 2^89, so every step below is exact but the rounding.
-static void add_fixed(_Atomic uint64_t *sum, double units)
+// Adds round(value / 2^(unit_exponent - 64)), halves away from zero, with integers only. A float is
+// mantissa * 2^shift units; the cap keeps shift at 64 or below.
+static void add_fixed(_Atomic uint64_t *sum, float value, int unit_exponent)
 {
-    double magnitude = floor(fabs(units) + 0.5);
-    double top = floor(magnitude * 0x1p-64);
-    uint64_t high = (uint64_t)top, low = (uint64_t)(magnitude - top * 0x1p64);
-    if (units < 0.0) {
+    uint32_t bits = float_bits(value);
+    uint32_t exponent = bits >> 23 & 255u;
+    uint64_t mantissa = exponent ? (bits & 0x7fffffu) | 0x800000u : bits & 0x7fffffu;
+    int shift = (exponent ? (int)exponent : 1) - 150 + 64 - unit_exponent;
+    uint64_t low = 0, high = 0;
+    if (shift >= 64) {
+        high = mantissa << (shift - 64);
+    } else if (shift > 0) {
+        low = mantissa << shift;
+        high = mantissa >> (64 - shift);
+    } else if (shift > -25) {
+        low = (mantissa + ((uint64_t)1 << -shift >> 1)) >> -shift;
+    }
+    if (bits >> 31) {
         low = ~low + 1;
         high = ~high + (low == 0);
     }
-    add_wide(sum, low, high);
+    if (low | high)
+        add_wide(sum, low, high);
 }
 
 void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb)
@@ -136,16 +156,14 @@ void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb
     _Atomic uint64_t *sum =
         film->open + film->plane[CO_PLANE_COLOR] + (size_t)pixel * 12 + (sample & 1u) * 6;
     const float channels[3] = {rgb.x, rgb.y, rgb.z};
-    double scale = ldexp(1.0, 64 - film->unit_exponent), cap = ldexp(1.0, 64 + CAP_EXPONENT);
     bool is_saturated = false;
     for (int c = 0; c < 3; c++) {
-        double units = (double)channels[c] * scale;
-        if (fabs(units) > cap) {
-            units = copysign(cap, units);
+        float value = channels[c];
+        if (fabsf(value) > film->cap) {
+            value = copysignf(film->cap, value);
             is_saturated = true;
         }
-        if (units != 0.0)
-            add_fixed(sum + (size_t)c * 2, units);
+        add_fixed(sum + (size_t)c * 2, value, film->unit_exponent);
     }
     if (is_saturated)
         count(film, CO_FILM_SATURATIONS);
@@ -197,13 +215,6 @@ static void add_vector(CoFilm *film, CoFilmPlane plane, uint32_t pixel, CoVec3 v
     add_bounded(film, sum, v.x);
     add_bounded(film, sum + 1, v.y);
     add_bounded(film, sum + 2, v.z);
-}
-
-static uint32_t float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
 }
 
 void co_film_add_first(CoFilm *film, uint32_t pixel, uint32_t sample, const CoFirstHit *hit)

@@ -36,6 +36,7 @@ enum {
 struct CoFilm {
     uint32_t width, height, aovs;
     int unit_exponent;
+    float cap; // largest magnitude of a color that is added as it is
     size_t pixels, words;
     size_t plane[CO_PLANE_COUNT]; // first word, 0 where the plane is not there
     _Atomic uint64_t *open;       // the round that runs

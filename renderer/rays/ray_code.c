@@ -100,8 +100,9 @@ static bool oct_nearest(CoVec3 v, int32_t max, Oct *out)
         x = x < 0.0 ? -fold_x : fold_x;
         y = y < 0.0 ? -fold_y : fold_y;
     }
-    out->x = clamp_code((int32_t)floor(x * max + 0.5), max);
-    out->y = clamp_code((int32_t)floor(y * max + 0.5), max);
+    // Shifted to be positive, truncation rounds to the nearest, without a call of floor.
+    out->x = clamp_code((int32_t)(x * max + (max + 0.5)) - max, max);
+    out->y = clamp_code((int32_t)(y * max + (max + 0.5)) - max, max);
     return true;
 }
 

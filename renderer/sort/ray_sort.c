@@ -7,6 +7,7 @@
 #include <string.h>
 
 #define GRAIN 16384
+#define PREFETCH 16         // entries ahead
 #define ORIGIN_BITS_MAX 10u // per axis
 #define DIRECTION_BITS 7u   // per axis, within a run
 #define PINHOLE_BITS 13u    // per axis, where all origins are one point
@@ -17,11 +18,14 @@
 
 _Static_assert(2 * DIRECTION_BITS + FACE_BITS <= DIRECTION_KEY_BITS, "nothing of the position");
 
+typedef struct Run Run;
+
 typedef struct Sort {
     CoRayBatch *batch;
     CoRayEntry *entries;
     uint64_t *items; // key above, index of the entry below
     uint64_t *temp;
+    Run *runs;    // per worker
     size_t valid; // entries with finite origins; the others come behind them
     CoVec3 low;   // of the origins
     float scale;  // origin to cells, 0 where all are one point
@@ -253,29 +257,37 @@ static void sort_digit(const uint32_t *from, uint32_t *to, size_t count, uint32_
         to[next[from[i] >> shift & mask]++] = from[i];
 }
 
-// Sorts each run by direction, in cache, and writes it to the batch. begin and end count runs.
+// One run, in cache.
+struct Run {
+    CoRayEntry entries[CO_SORT_RUN];
+    uint32_t keys[CO_SORT_RUN], temp[CO_SORT_RUN]; // position in the run above, direction key below
+};
+
+// Collects each run from all over memory, sorts it by direction and writes it to the batch.
 static void finish_runs(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Sort *sort = context;
     uint64_t mask = ((uint64_t)1 << sort->index_bits) - 1;
-    uint32_t a[CO_SORT_RUN], b[CO_SORT_RUN]; // position in the run above, direction key below
-    (void)worker;
+    Run *r = &sort->runs[worker];
     for (size_t run = begin; run < end; run++) {
         size_t first = run * CO_SORT_RUN, count = sort->valid - first;
         count = count < CO_SORT_RUN ? count : CO_SORT_RUN;
         const uint64_t *items = sort->items + first;
         for (size_t i = 0; i < count; i++) {
-            const float *v = sort->entries[items[i] & mask].v;
-            a[i] = (uint32_t)i << DIRECTION_KEY_BITS | direction_key(v + 3, DIRECTION_BITS);
+            size_t ahead = i + PREFETCH < count ? i + PREFETCH : i;
+            const CoRayEntry *next = &sort->entries[items[ahead] & mask];
+            __builtin_prefetch(next);
+            __builtin_prefetch(&next->record); // often on the next cache line
+            r->entries[i] = sort->entries[items[i] & mask];
+            r->keys[i] = (uint32_t)i << DIRECTION_KEY_BITS |
+                         direction_key(r->entries[i].v + 3, DIRECTION_BITS);
         }
         if (sort->scale > 0.0f) {
-            sort_digit(a, b, count, 0);
-            sort_digit(b, a, count, DIGIT_BITS);
+            sort_digit(r->keys, r->temp, count, 0);
+            sort_digit(r->temp, r->keys, count, DIGIT_BITS);
         }
-        for (size_t i = 0; i < count; i++) {
-            uint64_t item = items[a[i] >> DIRECTION_KEY_BITS];
-            load_entry(sort->batch, first + i, &sort->entries[item & mask]);
-        }
+        for (size_t i = 0; i < count; i++)
+            load_entry(sort->batch, first + i, &r->entries[r->keys[i] >> DIRECTION_KEY_BITS]);
     }
 }
 
@@ -309,7 +321,10 @@ bool co_sort_rays(CoRayBatch *batch, CohortSorter sorter, CoSortScratch *scratch
     size_t entry_bytes = (count * sizeof(CoRayEntry) + 63) & ~(size_t)63;
     size_t item_bytes = (count * sizeof(uint64_t) + 63) & ~(size_t)63;
     bool is_exact = sorter == COHORT_SORTER_EXACT;
-    size_t bytes = entry_bytes + (is_exact ? 0 : 2 * item_bytes + co_radix_histogram_bytes());
+    size_t run_bytes = co_worker_count() * sizeof(Run);
+    size_t bytes = entry_bytes;
+    if (!is_exact)
+        bytes += 2 * item_bytes + co_radix_histogram_bytes() + run_bytes;
     char *memory = co_sort_scratch_reserve(scratch, bytes, err);
     if (!memory)
         return false;
@@ -322,6 +337,8 @@ bool co_sort_rays(CoRayBatch *batch, CohortSorter sorter, CoSortScratch *scratch
     }
     sort.items = (uint64_t *)(void *)(memory + entry_bytes);
     sort.temp = (uint64_t *)(void *)(memory + entry_bytes + item_bytes);
-    sort_fast(&sort, extent, memory + entry_bytes + 2 * item_bytes);
+    char *histograms = memory + entry_bytes + 2 * item_bytes;
+    sort.runs = (Run *)(void *)(histograms + co_radix_histogram_bytes());
+    sort_fast(&sort, extent, histograms);
     return true;
 }
