@@ -32,8 +32,8 @@ static void profile_segment(Profile *p, double r, double z, const double n0[2], 
     }
 }
 
-// A straight segment: a cone's side, or a disk. The profile goes up, so outside is on its right. One
-// of no length is left out: its ends are one ring.
+// A straight segment: a cone's side, or a disk. The profile goes up, so outside is on its right.
+// One of no length is left out: its ends are one ring.
 static void profile_line(Profile *p, double r, double z)
 {
     double dr = r - p->r[p->segments], dz = z - p->z[p->segments];

@@ -7,7 +7,7 @@ static bool check_sizes(CoMeshBuild *build)
     const CohortMeshDesc *d = build->desc;
     CO_MESH_CHECK(build, (unsigned)d->scheme <= COHORT_SCHEME_NONE, COHORT_ERROR_ARGUMENT,
                   "unknown subdivision scheme %d", (int)d->scheme);
-    CO_MESH_CHECK(build, d->level <= 10, COHORT_ERROR_ARGUMENT,
+    CO_MESH_CHECK(build, d->level <= 10 || d->scheme == COHORT_SCHEME_NONE, COHORT_ERROR_ARGUMENT,
                   "subdivision level %u, at most 10 is possible", d->level);
     CO_MESH_CHECK(build,
                   d->point_count < INT32_MAX && d->face_count < INT32_MAX &&

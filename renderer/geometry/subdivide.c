@@ -198,8 +198,9 @@ static bool find_live(CoSubdivision *s)
     bool ok = true;
     size_t broken = 0;
     for (uint32_t f = 0; ok && f < s->face_count; f++) {
-        bool live = !build->face_dropped[co_subdivision_cage_face(s, f)] &&
-                    co_osd_face_has_limit(s->osd, f);
+        bool live = false;
+        if (!build->face_dropped[co_subdivision_cage_face(s, f)])
+            ok = co_osd_face_has_limit(s->osd, f, &live, &err);
         if (live && build->has_broken_points) {
             ok = co_osd_surface_begin(surface, f, -1, &err) &&
                  co_osd_surface_values(surface, build->desc->points, 3, &live, &err);
@@ -272,18 +273,31 @@ static bool allocate_layout(CoSubdivision *s)
     return true;
 }
 
+// Whether some value is kept per corner element.
+static bool has_corner_values(const CoSubdivision *s)
+{
+    for (uint32_t k = 0; k < s->build->source_count; k++)
+        if (s->build->sources[k].primvar->kind == CO_PRIMVAR_CORNER)
+            return true;
+    return s->has_normal_seams;
+}
+
 static bool tessellate(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
-    uint32_t *first_tri = co_mesh_keep(build, build->desc->face_count, sizeof *first_tri);
-    uint32_t *corner_first = co_mesh_keep(build, build->desc->face_count, sizeof *corner_first);
+    size_t face_count = build->desc->face_count;
+    s->has_normal_seams = !build->shading->is_bilinear && co_osd_has_normal_seams(s->osd);
+    bool keep_corners = has_corner_values(s);
+    uint32_t *first_tri = co_mesh_keep(build, face_count, sizeof *first_tri);
+    uint32_t *corner_first = keep_corners
+                                 ? co_mesh_keep(build, face_count, sizeof *corner_first)
+                                 : co_mesh_scratch(build, face_count, sizeof *corner_first);
     CO_MESH_CHECK_MEMORY(build, first_tri);
     CO_MESH_CHECK_MEMORY(build, corner_first);
     build->shading->face_first_tri = first_tri;
-    build->shading->corner_first = corner_first;
+    build->shading->corner_first = keep_corners ? corner_first : NULL;
     if (!allocate_layout(s) || !find_live(s))
         return false;
-    s->has_normal_seams = co_osd_has_normal_seams(s->osd);
     for (;;) {
         find_owners(s);
         if (!lay_out(s, first_tri, corner_first) || !make_triangles(s) || !co_subdivision_eval(s))

@@ -1,46 +1,25 @@
 #include "geometry/subdivide.h"
 
-#include <string.h>
-
-// OpenSubdiv's topology has no face that meets a vertex twice.
-static bool repeats_a_vertex(const CoMeshBuild *build, size_t face, uint32_t *last_face)
-{
-    for (uint32_t k = build->face_first[face]; k < build->face_first[face + 1]; k++) {
-        uint32_t *last = &last_face[build->desc->face_vertex_indices[k]];
-        if (*last == face + 1)
-            return true;
-        *last = (uint32_t)face + 1;
-    }
-    return false;
-}
-
-// Marks faces OpenSubdiv cannot take with 2 in face_dropped and counts the others.
+// Marks faces OpenSubdiv cannot take with 2 in face_dropped and counts the others. Faces that meet
+// a vertex twice it takes: their edges become sharp.
 static bool mark_untakable(CoSubdivision *s, size_t *taken, size_t *taken_fv)
 {
     CoMeshBuild *build = s->build;
     const CohortMeshDesc *d = build->desc;
-    uint32_t *last_face = co_mesh_scratch(build, d->point_count, sizeof *last_face);
-    CO_MESH_CHECK_MEMORY(build, last_face);
-    size_t repeats = 0;
     for (size_t f = 0; f < d->face_count; f++) {
-        bool repeat = d->face_vertex_counts[f] >= 3 && repeats_a_vertex(build, f, last_face);
-        repeats += repeat;
-        if (repeat || d->face_vertex_counts[f] < 3) {
+        int32_t count = d->face_vertex_counts[f];
+        if (count < 3) {
             build->face_dropped[f] = 2;
             continue;
         }
-        CO_MESH_CHECK(build, s->grid != CO_GRID_TRIANGLE || d->face_vertex_counts[f] == 3,
-                      COHORT_ERROR_SCENE,
+        CO_MESH_CHECK(build, s->grid != CO_GRID_TRIANGLE || count == 3, COHORT_ERROR_SCENE,
                       "face %zu has %d vertices, but the loop scheme takes triangles only", f,
-                      d->face_vertex_counts[f]);
-        CO_MESH_CHECK(build, d->face_vertex_counts[f] <= UINT16_MAX, COHORT_ERROR_LIMIT,
-                      "face %zu has %d vertices, subdivision takes at most 65535", f,
-                      d->face_vertex_counts[f]);
+                      count);
+        CO_MESH_CHECK(build, count <= UINT16_MAX, COHORT_ERROR_LIMIT,
+                      "face %zu has %d vertices, subdivision takes at most 65535", f, count);
         *taken += 1;
-        *taken_fv += (size_t)d->face_vertex_counts[f];
+        *taken_fv += (size_t)count;
     }
-    if (repeats)
-        co_mesh_warn(build, "%zu faces that meet a vertex twice are dropped", repeats);
     return true;
 }
 

@@ -1,22 +1,30 @@
 #include "geometry/grid.h"
 #include "geometry/mesh_internal.h"
 
-// Bound of the relative error of n roundings in a row (Higham's gamma).
-static float error_gamma(int n)
-{
-    float e = (float)n * 5.9604645e-8f;
-    return e / (1.0f - e);
-}
-
 static void load_triangle(const CoMesh *mesh, uint32_t tri, CoVec3 p[3])
 {
     for (size_t c = 0; c < 3; c++)
         p[c] = co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)tri + c]);
 }
 
-static CoVec3 abs3(CoVec3 a)
+// One coordinate of the point at barycentrics, in double and rounded once: in float32, 1 - u - v
+// alone would leave the plane by as much as corner 0 is far from the origin.
+static float interpolate(float a, float b, float c, float u, float v, float *error)
 {
-    return co_vec3(fabsf(a.x), fabsf(a.y), fabsf(a.z));
+    double w = 1.0 - (double)u - (double)v;
+    double x = w * (double)a + (double)u * (double)b + (double)v * (double)c;
+    float p = (float)x;
+    // Half a unit in the last place of p (2^-24), then far more than double can have lost, then
+    // what rounding to a subnormal may lose.
+    *error = fabsf(p) * 6e-8f + (fabsf(a) + fabsf(b) + fabsf(c)) * 4e-15f + 1e-38f;
+    return p;
+}
+
+static void find_position(const CoVec3 p[3], float u, float v, CoSurface *out)
+{
+    out->p.x = interpolate(p[0].x, p[1].x, p[2].x, u, v, &out->p_error.x);
+    out->p.y = interpolate(p[0].y, p[1].y, p[2].y, u, v, &out->p_error.y);
+    out->p.z = interpolate(p[0].z, p[1].z, p[2].z, u, v, &out->p_error.z);
 }
 
 // The triangle's normal in double: float32 would lose that of a sliver. Where there is none, +z, so
@@ -141,8 +149,6 @@ static void polygon_ptex(const CoMesh *mesh, const CoGridPlace *g, CoSurface *ou
         }
     }
     fan_ptex(best_q, best_k, g->valence, best_b, out);
-    out->ptex_u = co_clamp(out->ptex_u, 0.0f, 1.0f);
-    out->ptex_v = co_clamp(out->ptex_v, 0.0f, 1.0f);
 }
 
 // Corner uv of a quad face.
@@ -200,6 +206,8 @@ static void find_ptex(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, co
         triangle_ptex(p, u, v, out);
     else
         polygon_ptex(mesh, g, out);
+    out->ptex_u = co_clamp(out->ptex_u, 0.0f, 1.0f);
+    out->ptex_v = co_clamp(out->ptex_v, 0.0f, 1.0f);
     out->ptex_face += s->ptex_face_offset + (s->ptex_first ? s->ptex_first[g->face] : g->face);
 }
 
@@ -228,10 +236,7 @@ void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurfa
     CoGridPlace g = co_grid_place(s, tri);
     CoVec3 p[3];
     load_triangle(mesh, tri, p);
-    CoVec3 b0 = co_scale(p[0], 1.0f - u - v), b1 = co_scale(p[1], u), b2 = co_scale(p[2], v);
-    out->p = co_add(co_add(b0, b1), b2);
-    // Two roundings in 1 - u - v, one product, two sums, and the sum of the bound itself.
-    out->p_error = co_scale(co_add(co_add(abs3(b0), abs3(b1)), abs3(b2)), error_gamma(7));
+    find_position(p, u, v, out);
     CoVec3 ng = triangle_normal(p);
     out->ng = s->left_handed ? co_neg(ng) : ng;
     CoVec3 ns = shading_normal(mesh, &g, tri, u, v);

@@ -33,6 +33,7 @@ using Surface = Bfr::Surface<float>;
 struct CoOsdMesh {
     std::unique_ptr<Far::TopologyRefiner> refiner;
     std::unique_ptr<Factory> factory;
+    bool has_normal_seams;
 };
 
 struct CoOsdSurface {
@@ -136,6 +137,20 @@ static Far::TopologyRefiner *make_refiner(const CoOsdDesc *desc)
     return RefinerFactory::Create(topology, options);
 }
 
+static bool find_normal_seams(const Far::TopologyLevel &level)
+{
+    const float infinite = Sdc::Crease::SHARPNESS_INFINITE;
+    for (int e = 0; e < level.GetNumEdges(); e++)
+        if (level.IsEdgeNonManifold(e) ||
+            (level.GetEdgeSharpness(e) >= infinite && level.GetEdgeFaces(e).size() > 1))
+            return true;
+    for (int v = 0; v < level.GetNumVertices(); v++)
+        if (level.IsVertexNonManifold(v) ||
+            (level.GetVertexSharpness(v) >= infinite && level.GetVertexFaces(v).size() > 1))
+            return true;
+    return false;
+}
+
 CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *err)
 {
     try {
@@ -144,6 +159,7 @@ CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *
         mesh->refiner.reset(make_refiner(desc));
         CO_CHECK_NULL(mesh->refiner, err, COHORT_ERROR_SCENE, "OpenSubdiv refuses it: %.160s",
                       osd_error[0] ? osd_error : "no reason given");
+        mesh->has_normal_seams = find_normal_seams(mesh->refiner->GetLevel(0));
         // Bfr takes a point of level L exactly when it isolates irregular features that deep.
         int level = (int)std::min(std::max(desc->exact_level, 2u), 6u);
         Factory::Options options;
@@ -180,24 +196,19 @@ const int32_t *co_osd_face_edges(const CoOsdMesh *mesh, uint32_t face)
     return &mesh->refiner->GetLevel(0).GetFaceEdges((int)face)[0];
 }
 
-bool co_osd_face_has_limit(const CoOsdMesh *mesh, uint32_t face)
+bool co_osd_face_has_limit(const CoOsdMesh *mesh, uint32_t face, bool *has, CohortError *err)
 {
-    return mesh->factory->FaceHasLimitSurface((int)face);
+    try {
+        *has = mesh->factory->FaceHasLimitSurface((int)face);
+        return true;
+    } catch (...) {
+        return rethrown(err);
+    }
 }
 
 bool co_osd_has_normal_seams(const CoOsdMesh *mesh)
 {
-    const Far::TopologyLevel &level = mesh->refiner->GetLevel(0);
-    const float infinite = Sdc::Crease::SHARPNESS_INFINITE;
-    for (int e = 0; e < level.GetNumEdges(); e++)
-        if (level.IsEdgeNonManifold(e) ||
-            (level.GetEdgeSharpness(e) >= infinite && level.GetEdgeFaces(e).size() > 1))
-            return true;
-    for (int v = 0; v < level.GetNumVertices(); v++)
-        if (level.IsVertexNonManifold(v) ||
-            (level.GetVertexSharpness(v) >= infinite && level.GetVertexFaces(v).size() > 1))
-            return true;
-    return false;
+    return mesh->has_normal_seams;
 }
 
 CoOsdSurface *co_osd_surface_create(const CoOsdMesh *mesh, CohortError *err)

@@ -21,7 +21,7 @@ typedef struct CoOsdChannel {
     int32_t value_count;
 } CoOsdChannel;
 
-// Everything in range; every face has 3 or more different vertices. Arrays need to live for the
+// Everything in range; every face has 3 or more vertices (3 for Loop). Arrays need to live for the
 // call only.
 typedef struct CoOsdDesc {
     CohortScheme scheme; // not NONE
@@ -58,9 +58,9 @@ uint32_t co_osd_edge_count(const CoOsdMesh *mesh);
 void co_osd_edge_vertices(const CoOsdMesh *mesh, uint32_t edge, uint32_t vertices[2]);
 // The face's edges: element k joins its vertices k and k + 1. The array lives with the mesh.
 const int32_t *co_osd_face_edges(const CoOsdMesh *mesh, uint32_t face);
-// Whether the face has a limit surface; boundary faces have none when boundaries are not
+// *has: whether the face has a limit surface; boundary faces have none when boundaries are not
 // interpolated.
-bool co_osd_face_has_limit(const CoOsdMesh *mesh, uint32_t face);
+bool co_osd_face_has_limit(const CoOsdMesh *mesh, uint32_t face, bool *has, CohortError *err);
 // Whether somewhere two faces meet and yet have different limit normals.
 bool co_osd_has_normal_seams(const CoOsdMesh *mesh);
 

@@ -36,12 +36,13 @@ static void position_primvars(CohortScheme scheme, const Cage *cage, uint32_t le
     for (uint32_t t = 0; t < mesh.tri_count; t++) {
         CoSurface s;
         co_mesh_surface(&mesh, t, 0.25f, 0.5f, &s);
-        CoVec3 vertex = primvar3(&mesh, "vertex", t, 0.25f, 0.5f);
-        CoVec3 indexed = primvar3(&mesh, "indexed", t, 0.25f, 0.5f);
+        CoVec3 first = mesh_point(&mesh, t, 0);
+        CoVec3 vertex = primvar3(&mesh, "vertex", t, 0.0f, 0.0f);
+        CoVec3 indexed = primvar3(&mesh, "indexed", t, 0.0f, 0.0f);
         CoVec3 varying = primvar3(&mesh, "varying", t, 0.25f, 0.5f);
         CoVec3 corner = primvar3(&mesh, "corner", t, 0.25f, 0.5f);
-        assert_memory_equal(&vertex, &s.p, sizeof vertex);
-        assert_memory_equal(&indexed, &s.p, sizeof vertex);
+        assert_memory_equal(&vertex, &first, sizeof vertex);
+        assert_memory_equal(&indexed, &first, sizeof vertex);
         // The same topology and values: smooth as the surface, or linear if the rule says so.
         CoVec3 want = rule == COHORT_FVAR_ALL ? varying : s.p;
         assert_vec_near(corner, (double)want.x, (double)want.y, (double)want.z, 3e-6);

@@ -22,7 +22,28 @@ static void position_is_within_its_bound(void **state)
         assert_true(fabs((double)s.p.x - exact[0]) <= (double)s.p_error.x);
         assert_true(fabs((double)s.p.y - exact[1]) <= (double)s.p_error.y);
         assert_true(fabs((double)s.p.z - exact[2]) <= (double)s.p_error.z);
-        assert_true(s.p_error.x < 1.0f);
+        assert_true(s.p_error.x < 0.07f); // half a unit in the last place of 1e6
+    }
+    co_mesh_destroy(&mesh);
+}
+
+static void position_stays_in_the_plane_of_a_far_triangle(void **state)
+{
+    (void)state;
+    // Corner 0 is far off, the hit next to corners 1 and 2, where its weight is tiny.
+    const float points[] = {1e7f, 1e7f, 1e7f, 1, 0, 0, 0, 1, 0};
+    const int32_t counts[] = {3}, indices[] = {0, 1, 2};
+    CohortMeshDesc desc = {.scheme = COHORT_SCHEME_NONE};
+    SET_TOPOLOGY(desc, points, counts, indices);
+    CoMesh mesh;
+    make_mesh(&desc, &mesh);
+    for (int k = 0; k < 1000; k++) {
+        float u = (float)k / 1001.0f, v = nextafterf(1.0f - u, 0.0f);
+        CoSurface s;
+        co_mesh_surface(&mesh, 0, u, v, &s);
+        double z = (1.0 - (double)u - (double)v) * 1e7;
+        assert_true(fabs((double)s.p.z - z) <= (double)s.p_error.z);
+        assert_true(s.p_error.z < 1e-6f);
     }
     co_mesh_destroy(&mesh);
 }
@@ -231,6 +252,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(position_is_within_its_bound),
+        cmocka_unit_test(position_stays_in_the_plane_of_a_far_triangle),
         cmocka_unit_test(authored_normals_face_outward),
         cmocka_unit_test(faceted_without_normals),
         cmocka_unit_test(subsets_choose_materials),
