@@ -1,6 +1,7 @@
 #include "sort/ray_sort.h"
 
 #include "base/parallel.h"
+#include "sort/hilbert.h"
 #include "sort/ray_entry.h"
 
 #include <stdatomic.h>
@@ -178,31 +179,6 @@ static void sort_exact(Sort *sort)
 
 // --- fast ---------------------------------------------------------------------------------------
 
-// Moves bit i to bit 3 i, for 10 bits.
-static uint32_t spread3(uint32_t x)
-{
-    x = (x | x << 16) & 0x030000ffu;
-    x = (x | x << 8) & 0x0300f00fu;
-    x = (x | x << 4) & 0x030c30c3u;
-    return (x | x << 2) & 0x09249249u;
-}
-
-// Place of a cell on a Hilbert curve through 2^bits x 2^bits cells. The state says how the curve
-// lies in the current square; a table entry is the place of the quadrant (low 2 bits) and the state
-// within it.
-static uint32_t hilbert_key(uint32_t x, uint32_t y, uint32_t bits)
-{
-    static const uint8_t steps[4][4] = {
-        {4, 15, 1, 2}, {0, 5, 11, 6}, {10, 9, 7, 12}, {14, 3, 13, 8}};
-    uint32_t key = 0, state = 0;
-    while (bits-- > 0) {
-        uint32_t step = steps[state][(x >> bits & 1) | (y >> bits & 1) << 1];
-        key = key << 2 | (step & 3);
-        state = step >> 2;
-    }
-    return key;
-}
-
 // Face of the cube around the origin that d meets, then the place on it.
 static uint32_t direction_key(const float *d, uint32_t bits)
 {
@@ -213,7 +189,7 @@ static uint32_t direction_key(const float *d, uint32_t bits)
     float u = d[minor] * scale + half, v = d[other] * scale + half;
     uint32_t x = u > 0.0f ? (uint32_t)(u < most ? u : most) : 0; // NaN: 0
     uint32_t y = v > 0.0f ? (uint32_t)(v < most ? v : most) : 0;
-    return face << (2 * bits) | hilbert_key(x, y, bits);
+    return face << (2 * bits) | co_hilbert2(x, y, bits);
 }
 
 static uint32_t origin_key(const Sort *sort, const float *o)
@@ -222,7 +198,7 @@ static uint32_t origin_key(const Sort *sort, const float *o)
     uint32_t x = (uint32_t)co_clamp((o[0] - sort->low.x) * sort->scale, 0.0f, most);
     uint32_t y = (uint32_t)co_clamp((o[1] - sort->low.y) * sort->scale, 0.0f, most);
     uint32_t z = (uint32_t)co_clamp((o[2] - sort->low.z) * sort->scale, 0.0f, most);
-    return spread3(x) | spread3(y) << 1 | spread3(z) << 2;
+    return co_hilbert3(x, y, z, sort->origin_bits);
 }
 
 // The highest key bit says "invalid".

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "rays/ray_batch.h"
+#include "sort/hilbert.h"
 #include "sort/ray_sort.h"
 
 #include <setjmp.h>
@@ -98,6 +99,30 @@ static void content_stays_for_every_count(void **state)
         }
     co_ray_batch_clear(&batch);
     co_sort_scratch_clear(&scratch);
+}
+
+// Every cell once, and each step goes to a cell that shares a side.
+static void hilbert_curves_visit_neighbours(void **state)
+{
+    (void)state;
+    static uint32_t cell[4096];
+    for (int dimensions = 2; dimensions <= 3; dimensions++) {
+        memset(cell, 0xff, sizeof cell);
+        uint32_t bits = dimensions == 2 ? 6 : 4, mask = (1u << bits) - 1;
+        for (uint32_t i = 0; i < 4096; i++) {
+            uint32_t x = i & mask, y = i >> bits & mask, z = i >> (2 * bits) & mask;
+            uint32_t key = dimensions == 2 ? co_hilbert2(x, y, bits) : co_hilbert3(x, y, z, bits);
+            assert_true(key < 4096 && cell[key] == UINT32_MAX);
+            cell[key] = i;
+        }
+        for (uint32_t key = 1; key < 4096; key++) {
+            int distance = 0;
+            for (uint32_t shift = 0; shift < 18; shift += bits)
+                distance +=
+                    abs((int)(cell[key] >> shift & mask) - (int)(cell[key - 1] >> shift & mask));
+            assert_int_equal(distance, 1);
+        }
+    }
 }
 
 typedef struct Coherence {
@@ -302,6 +327,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(content_stays_for_every_count),
+        cmocka_unit_test(hilbert_curves_visit_neighbours),
         cmocka_unit_test(groups_are_coherent),
         cmocka_unit_test(exact_splits_at_the_median),
         cmocka_unit_test(threads_and_input_order_do_not_matter),

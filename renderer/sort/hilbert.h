@@ -1,0 +1,44 @@
+// Places on Hilbert curves, as state machines over the bits of a cell (Hamilton, Rau-Chaplin 2008).
+// Neighbours on the curve are neighbours in space, so that a piece of it is compact; a Morton curve
+// jumps.
+
+#ifndef CO_SORT_HILBERT_H
+#define CO_SORT_HILBERT_H
+
+#include <stdint.h>
+
+// An entry is the place of the quadrant (low 2 bits) and the state within it.
+static inline uint32_t co_hilbert2(uint32_t x, uint32_t y, uint32_t bits)
+{
+    static const uint8_t steps[4][4] = {
+        {4, 15, 1, 2}, {0, 5, 11, 6}, {10, 9, 7, 12}, {14, 3, 13, 8}};
+    uint32_t key = 0, state = 0;
+    while (bits-- > 0) {
+        uint32_t step = steps[state][(x >> bits & 1) | (y >> bits & 1) << 1];
+        key = key << 2 | (step & 3);
+        state = step >> 2;
+    }
+    return key;
+}
+
+// An entry is the place of the octant (low 3 bits) and the state within it; bits at most 10.
+static inline uint32_t co_hilbert3(uint32_t x, uint32_t y, uint32_t z, uint32_t bits)
+{
+    static const uint8_t steps[12][8] = {
+        {8, 23, 25, 38, 43, 44, 26, 37},  {24, 51, 63, 52, 1, 2, 70, 69},
+        {76, 39, 75, 80, 5, 6, 66, 65},   {0, 9, 83, 10, 95, 78, 84, 77},
+        {22, 7, 21, 60, 49, 88, 50, 59},  {58, 85, 3, 4, 57, 86, 72, 55},
+        {90, 89, 45, 46, 11, 32, 12, 87}, {36, 13, 71, 14, 35, 74, 40, 73},
+        {62, 81, 15, 16, 61, 82, 92, 91}, {94, 93, 41, 42, 31, 20, 56, 19},
+        {18, 27, 17, 64, 53, 28, 54, 47}, {68, 67, 29, 34, 79, 48, 30, 33}};
+    uint32_t key = 0, state = 0;
+    while (bits-- > 0) {
+        uint32_t octant = (x >> bits & 1) | (y >> bits & 1) << 1 | (z >> bits & 1) << 2;
+        uint32_t step = steps[state][octant];
+        key = key << 3 | (step & 7);
+        state = step >> 3;
+    }
+    return key;
+}
+
+#endif
