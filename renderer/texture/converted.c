@@ -1,0 +1,188 @@
+#include "texture/converted.h"
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "base/mapped_file.h"
+#include "base/memory.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define FORMAT_VERSION 1 // raised when converted files change
+
+char *co_path_copy(const char *path)
+{
+    size_t size = strlen(path) + 1;
+    char *copy = co_alloc(CO_MEMORY_TEXTURE, size);
+    if (copy)
+        memcpy(copy, path, size);
+    return copy;
+}
+
+void co_path_free(char *path)
+{
+    if (path)
+        co_free(CO_MEMORY_TEXTURE, path, strlen(path) + 1);
+}
+
+// x^(1/5) for x in (0, 2): Newton's iteration on exact double arithmetic, so that no libm and no
+// instruction set decides a bit. From above it falls monotonically; for x above 0.06, which is all
+// that the curve asks for, 10 steps reach double precision.
+static double fifth_root(double x)
+{
+    double root = x < 1 ? 1 : x;
+    for (int i = 0; i < 10; i++) {
+        double square = root * root;
+        root -= (root - x / (square * square)) / 5;
+    }
+    return root;
+}
+
+float co_srgb_decode(float encoded)
+{
+    double x = fabs((double)encoded), linear;
+    if (x <= 0.04045) {
+        linear = x / 12.92;
+    } else {
+        // Beyond 2 the root's argument is scaled by a power of 32, whose fifth root is exact.
+        double base = (x + 0.055) / 1.055, scale = 1, rest = base;
+        while (rest > 2) {
+            rest /= 32;
+            scale *= 2;
+        }
+        double root = fifth_root(rest) * scale;
+        linear = base * base * root * root; // base^2.4
+    }
+    return (float)copysign(linear, (double)encoded);
+}
+
+static bool convert_rgba(const CoTextureColor *color, float *rgba, size_t count, CohortError *err)
+{
+    const CoTexturesOptions *options = color->options;
+    if (options->to_rendering)
+        return options->to_rendering(options->cookie, color->space, rgba, count, err);
+    CO_CHECK(strcmp(color->space, "sRGB") == 0, err, COHORT_ERROR_COLOR,
+             "no color config is in use, so color space %s is not known", color->space);
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            rgba[4 * i + c] = co_srgb_decode(rgba[4 * i + c]);
+    return true;
+}
+
+bool co_texture_to_linear(const CoTextureColor *color, float *pixels, size_t count,
+                          uint32_t channels, CohortError *err)
+{
+    float rgba[4 * 256];
+    uint32_t colors = channels < 3 ? 1 : 3;
+    for (size_t i = 0; i < count * channels; i++)
+        pixels[i] = isfinite(pixels[i]) ? pixels[i] : 0;
+    for (size_t first = 0; first < count && !color->is_raw; first += 256) {
+        size_t n = count - first < 256 ? count - first : 256;
+        float *part = pixels + first * channels;
+        for (size_t i = 0; i < n; i++) {
+            for (uint32_t c = 0; c < 3; c++)
+                rgba[4 * i + c] = part[i * channels + (c < colors ? c : 0)];
+            rgba[4 * i + 3] = 1;
+        }
+        if (!convert_rgba(color, rgba, n, err))
+            return false;
+        for (size_t i = 0; i < n; i++)
+            for (uint32_t c = 0; c < colors; c++)
+                part[i * channels + c] = isfinite(rgba[4 * i + c]) ? rgba[4 * i + c] : 0;
+    }
+    return true;
+}
+
+// What a conversion does to colors is known by doing it: names say little.
+static bool hash_conversion(const CoTextureColor *color, uint64_t *hash, CohortError *err)
+{
+    float probes[] = {0, 0, 0, 1, 1, 1, .18f, .18f, .18f, 1, 0, 0, 0, 1, 0, 0, 0, 1,
+                      .02f, .3f, .7f, .9f, .5f, .1f, 4, 2, 8};
+    if (!co_texture_to_linear(color, probes, sizeof probes / sizeof *probes / 3, 3, err))
+        return false;
+    *hash = co_hash_bytes(probes, sizeof probes, color->is_raw);
+    return true;
+}
+
+static bool make_folder(char *path, CohortError *err)
+{
+    for (char *at = strchr(path + 1, '/');; at = strchr(at + 1, '/')) {
+        if (at)
+            *at = 0;
+        int cause = mkdir(path, 0777) ? errno : 0;
+        struct stat info;
+        if (cause && (stat(path, &info) || !S_ISDIR(info.st_mode)))
+            return CO_FAIL(err, COHORT_ERROR_FILE_WRITE,
+                           "cannot make folder %s for converted textures: %s; name another one "
+                           "with --converted",
+                           path, strerror(cause));
+        if (!at)
+            return true;
+        *at = '/';
+    }
+}
+
+static bool print_folder(const CoTexturesOptions *options, char *out, size_t size)
+{
+    const char *folder = options->converted_folder, *cache = getenv("XDG_CACHE_HOME");
+    const char *home = getenv("HOME"), *temporary = getenv("TMPDIR");
+    int length;
+    if (folder && folder[0])
+        length = snprintf(out, size, "%s", folder);
+    else if (cache && cache[0] == '/')
+        length = snprintf(out, size, "%s/cohort", cache);
+    else if (home && home[0] == '/')
+        length = snprintf(out, size, "%s/.cache/cohort", home);
+    else
+        length = snprintf(out, size, "%s/cohort-%ld",
+                          temporary && temporary[0] ? temporary : "/tmp", (long)getuid());
+    return length > 0 && (size_t)length < size;
+}
+
+bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t settings,
+                       const char *extension, char **out, CohortError *err)
+{
+    CoMappedFile bytes;
+    uint64_t conversion;
+    if (!hash_conversion(color, &conversion, err) || !co_mapped_file_open(source, &bytes, err))
+        return false;
+    settings = co_hash_combine(co_hash_combine(FORMAT_VERSION, settings), conversion);
+    uint64_t high = co_hash_bytes(bytes.data, bytes.size, settings);
+    uint64_t low = co_hash_bytes(bytes.data, bytes.size, ~high);
+    co_mapped_file_close(&bytes);
+    char folder[3900], path[4096];
+    CO_CHECK(print_folder(color->options, folder, sizeof folder), err, COHORT_ERROR_LIMIT,
+             "the path of the folder for converted textures is too long");
+    if (!make_folder(folder, err))
+        return false;
+    snprintf(path, sizeof path, "%s/%016llx%016llx%s", folder, (unsigned long long)high,
+             (unsigned long long)low, extension);
+    *out = co_path_copy(path);
+    CO_CHECK_MEMORY(*out, err);
+    return true;
+}
+
+bool co_converted_temporary(const char *path, char **out, CohortError *err)
+{
+    char name[4200];
+    const char *extension = strrchr(path, '.'); // kept: writers choose their format by it
+    int length = snprintf(name, sizeof name, "%.*s-%ld%s", (int)(extension - path), path,
+                          (long)getpid(), extension);
+    CO_CHECK(length > 0 && (size_t)length < sizeof name, err, COHORT_ERROR_LIMIT,
+             "path too long: %s", path);
+    *out = co_path_copy(name);
+    CO_CHECK_MEMORY(*out, err);
+    return true;
+}
+
+bool co_converted_publish(const char *temporary, const char *path, CohortError *err)
+{
+    if (rename(temporary, path) == 0)
+        return true;
+    int cause = errno;
+    unlink(temporary);
+    return CO_FAIL(err, COHORT_ERROR_FILE_WRITE, "cannot write %s: %s", path, strerror(cause));
+}
