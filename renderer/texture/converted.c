@@ -67,7 +67,7 @@ static bool convert_rgba(const CoTextureColor *color, float *rgba, size_t count,
     CO_CHECK(strcmp(color->space, "sRGB") == 0, err, COHORT_ERROR_COLOR,
              "no color config is in use, so color space %s is not known", color->space);
     for (size_t i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++)
+        for (size_t c = 0; c < 3; c++)
             rgba[4 * i + c] = co_srgb_decode(rgba[4 * i + c]);
     return true;
 }

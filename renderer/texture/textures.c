@@ -274,6 +274,8 @@ static bool add_ptex(CoTextures *textures, const CohortTextureDesc *desc, CoText
     co_ptex_close(file);
     if (ok)
         texture->file = co_textures_open_ptex(textures, converted ? converted : desc->path, err);
+    for (uint16_t c = 0; converted && c < texture->channel_count; c++)
+        texture->channels[c] = c; // a converted file has what is looked up, in that order
     co_path_free(converted);
     texture->kind = CO_TEXTURE_PTEX;
     return ok && texture->file != COHORT_INVALID_ID;

@@ -1,0 +1,119 @@
+// What the texture tests share: a folder of their own, random lookups, generated Ptex grids.
+
+#ifndef TEST_TEXTURE_SUPPORT_H
+#define TEST_TEXTURE_SUPPORT_H
+
+#include "base/hash.h"
+#include "texture/ptex_write.h"
+#include "texture/texture.h"
+
+#include <dirent.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+// A folder that lasts as long as the test program.
+static char test_folder[64];
+
+static int make_folder(void **state)
+{
+    (void)state;
+    snprintf(test_folder, sizeof test_folder, "/tmp/cohort-texture-XXXXXX");
+    return mkdtemp(test_folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    DIR *folder = opendir(test_folder);
+    for (struct dirent *e = folder ? readdir(folder) : NULL; e; e = readdir(folder)) {
+        char path[512];
+        snprintf(path, sizeof path, "%s/%s", test_folder, e->d_name);
+        unlink(path);
+    }
+    if (folder)
+        closedir(folder);
+    return rmdir(test_folder);
+}
+
+static inline const char *in_folder(const char *name)
+{
+    static char paths[4][256];
+    static unsigned next;
+    char *path = paths[next++ % 4];
+    snprintf(path, 256, "%s/%s", test_folder, name);
+    return path;
+}
+
+// A random number in [0, 1) that depends on nothing but its place.
+static inline float random_at(uint64_t seed, uint64_t index)
+{
+    return (float)(co_hash_combine(seed, index) >> 40) * 0x1p-24f;
+}
+
+// A grid of side x side quads, joined at their edges; texels are a function of face and place.
+static inline void write_grid(const char *path, uint32_t side, int log2, CoPtexType type,
+                              uint32_t channels)
+{
+    CohortError err = {0};
+    CoPtexWriteDesc desc = {.face_count = side * side, .type = type, .channels = channels};
+    CoPtexWriter *writer = co_ptex_writer_create(path, &desc, &err);
+    assert_non_null(writer);
+    size_t size = co_ptex_type_size(type) * channels, count = (size_t)1 << 2 * log2;
+    unsigned char *texels = malloc(size * count);
+    for (uint32_t face = 0; face < side * side; face++) {
+        int x = (int)(face % side), y = (int)(face / side), n = (int)side;
+        CoPtexFace info = {
+            .ulog2 = (int8_t)log2,
+            .vlog2 = (int8_t)log2,
+            .adjedges = 2 | 3 << 2 | 0 << 4 | 1 << 6,
+            .adjfaces = {y > 0 ? (int)face - n : -1, x + 1 < n ? (int)face + 1 : -1,
+                         y + 1 < n ? (int)face + n : -1, x > 0 ? (int)face - 1 : -1}};
+        for (size_t i = 0; i < count * channels; i++) {
+            float value = random_at(face, i);
+            uint16_t word = (uint16_t)(value * 65535.0f);
+            uint8_t byte = (uint8_t)(value * 255.0f);
+            if (type == CO_PTEX_U8)
+                texels[i] = byte;
+            else if (type == CO_PTEX_F32)
+                memcpy(texels + 4 * i, &value, 4);
+            else
+                memcpy(texels + 2 * i, &word, 2);
+        }
+        assert_true(co_ptex_writer_face(writer, face, &info, texels, &err));
+    }
+    free(texels);
+    assert_true(co_ptex_writer_finish(writer, &err));
+}
+
+// Warnings are counted, and the last one kept.
+typedef struct Warnings {
+    int count;
+    char text[512];
+} Warnings;
+
+static inline void keep_warning(void *cookie, const char *place, const char *text)
+{
+    Warnings *warnings = cookie;
+    warnings->count++;
+    snprintf(warnings->text, sizeof warnings->text, "%s: %s", place, text);
+}
+
+static inline CoTextures *create_textures(Warnings *warnings, uint64_t resident)
+{
+    CohortError err = {0};
+    CoTexturesOptions options = {.converted_folder = test_folder,
+                                 .resident_bytes = resident,
+                                 .warn = keep_warning,
+                                 .warn_cookie = warnings};
+    CoTextures *textures = co_textures_create(&options, &err);
+    assert_non_null(textures);
+    return textures;
+}
+
+#endif
