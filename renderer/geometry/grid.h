@@ -140,4 +140,8 @@ static inline uint32_t co_grid_corner(const CoMeshShading *s, const CoGridPlace 
     return first + p->sub * side * side + p->j[c] * side + p->i[c];
 }
 
+// ptex_coord.c: fills the Ptex part of *out, whose p and ng are set. p[]: the triangle's corners.
+void co_surface_find_ptex(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, const CoVec3 p[3],
+                          float u, float v, CoSurface *out);
+
 #endif

@@ -55,6 +55,7 @@ typedef struct CoMeshShading {
     const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face
     const uint32_t *tri_corners;    // polygon grids: [tri_count * 3] face-vertices
     const uint32_t *face_vertices;  // polygon grids with n-gons above 4: [face-vertices] points
+    const float *face_centers;      // with face_vertices: [face_count * 3] average of the vertices
     const CoPrimvar *primvars;
     uint32_t primvar_count;
     CoPrimvar normals;             // values NULL: none

@@ -200,18 +200,35 @@ static bool copy_points(CoMeshBuild *build)
     return true;
 }
 
-// Ptex coordinates of polygons above four vertices need the polygon itself.
+static void average_vertices(const CoMeshBuild *build, size_t face, float center[3])
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    uint32_t count = build->face_first[face + 1] - build->face_first[face];
+    for (uint32_t k = 0; k < count; k++)
+        for (int c = 0; c < 3; c++)
+            sum[c] += (double)face_point(build, build->face_first[face], k)[c];
+    for (int c = 0; c < 3; c++)
+        center[c] = (float)(sum[c] / count);
+}
+
+// Ptex coordinates of polygons above four vertices need the polygon itself and its center.
 static bool copy_polygons(CoMeshBuild *build)
 {
     const CohortMeshDesc *d = build->desc;
     uint32_t *vertices = co_mesh_keep(build, d->face_vertex_index_count, sizeof *vertices);
     uint32_t *first = co_mesh_keep(build, d->face_count, sizeof *first);
+    float *centers = co_mesh_keep(build, d->face_count, 3 * sizeof *centers);
     CO_MESH_CHECK_MEMORY(build, vertices);
     CO_MESH_CHECK_MEMORY(build, first);
+    CO_MESH_CHECK_MEMORY(build, centers);
     memcpy(vertices, d->face_vertex_indices, d->face_vertex_index_count * sizeof *vertices);
     memcpy(first, build->face_first, d->face_count * sizeof *first);
+    for (size_t f = 0; f < d->face_count; f++)
+        if (!build->face_dropped[f])
+            average_vertices(build, f, centers + 3 * f);
     build->shading->face_vertices = vertices;
     build->shading->corner_first = first;
+    build->shading->face_centers = centers;
     return true;
 }
 

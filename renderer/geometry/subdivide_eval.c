@@ -22,6 +22,7 @@ struct Worker {
     uint32_t components;
     float *values;                 // written at target * components
     const CohortPrimvarDesc *desc; // varying primvars
+    float center[4];               // of those: average over the face
     float *normals;                // with positions, or alone; NULL: none
     // Points waiting for evaluation.
     uint32_t count;
@@ -179,6 +180,17 @@ static const float *varying_value(const Worker *w, uint32_t k)
     return w->desc->values + co_primvar_desc_value(w->desc, vertex) * w->components;
 }
 
+static void find_varying_center(Worker *w)
+{
+    uint32_t valence = (uint32_t)w->s->counts[w->face];
+    for (uint32_t c = 0; c < w->components; c++) {
+        float sum = 0.0f;
+        for (uint32_t k = 0; k < valence; k++)
+            sum += varying_value(w, k)[c];
+        w->center[c] = sum / (float)valence;
+    }
+}
+
 // Corner values of a face or sub-quad, component c, as coordinates run: (0,0) (1,0) (1,1) (0,1).
 static void varying_corners(const Worker *w, uint32_t sub, uint32_t c, float out[4])
 {
@@ -188,13 +200,10 @@ static void varying_corners(const Worker *w, uint32_t sub, uint32_t c, float out
             out[k] = varying_value(w, k)[c];
         return;
     }
-    float center = 0.0f;
-    for (uint32_t k = 0; k < valence; k++)
-        center += varying_value(w, k)[c];
     float own = varying_value(w, sub)[c];
     out[0] = own;
     out[1] = 0.5f * (own + varying_value(w, (sub + 1) % valence)[c]);
-    out[2] = center / (float)valence;
+    out[2] = w->center[c];
     out[3] = 0.5f * (own + varying_value(w, (sub + valence - 1) % valence)[c]);
 }
 
@@ -247,8 +256,9 @@ static bool eval_point_primvar(Worker *w, const CoPrimvarSource *source)
     w->values = source->refined;
     bool varying = p->interpolation == COHORT_INTERPOLATION_VARYING;
     w->flush = varying ? flush_varying : flush_limit;
-    if (!varying &&
-        !co_osd_surface_values(w->surface, source->control, p->components, NULL, &w->err))
+    if (varying)
+        find_varying_center(w);
+    else if (!co_osd_surface_values(w->surface, source->control, p->components, NULL, &w->err))
         return false;
     return visit_owned(w);
 }

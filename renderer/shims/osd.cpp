@@ -43,6 +43,9 @@ struct CoOsdSurface {
     int components = 0;
 };
 
+// Bfr's work on an irregular feature grows with the cube of its valence: 1000 takes seconds.
+static const int max_valence = 1000;
+
 // OpenSubdiv reports through process-wide callbacks, which print unless they are set. It calls them
 // on the thread that made the mistake, so each thread keeps its own last sentence.
 static thread_local char osd_error[256], osd_warning[256];
@@ -159,6 +162,11 @@ CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *
         mesh->refiner.reset(make_refiner(desc));
         CO_CHECK_NULL(mesh->refiner, err, COHORT_ERROR_SCENE, "OpenSubdiv refuses it: %.160s",
                       osd_error[0] ? osd_error : "no reason given");
+        int valence = mesh->refiner->GetMaxValence();
+        CO_CHECK_NULL(desc->scheme == COHORT_SCHEME_BILINEAR || valence <= max_valence, err,
+                      COHORT_ERROR_LIMIT,
+                      "a vertex or face has %d edges, smooth subdivision takes at most %d", valence,
+                      max_valence);
         mesh->has_normal_seams = find_normal_seams(mesh->refiner->GetLevel(0));
         // Bfr takes a point of level L exactly when it isolates irregular features that deep.
         int level = (int)std::min(std::max(desc->exact_level, 2u), 6u);

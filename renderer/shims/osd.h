@@ -49,7 +49,8 @@ typedef struct CoOsdCoord {
     float u, v;
 } CoOsdCoord;
 
-// NULL with the reason when OpenSubdiv refuses the topology. What it complains about without
+// NULL with the reason when OpenSubdiv refuses the topology, or when a vertex or face has more than
+// 1000 edges (but for bilinear meshes). What it complains about without
 // refusing goes to `warning` (its last sentence, "" if none). Destroy with co_osd_destroy.
 CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *err);
 void co_osd_destroy(CoOsdMesh *mesh); // NULL is fine

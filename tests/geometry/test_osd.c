@@ -91,6 +91,31 @@ static void bad_topology_is_refused_with_its_reason(void **state)
     co_osd_surface_destroy(NULL);
 }
 
+// One polygon of so many sides, whose irregular center would take minutes.
+static void endless_valences_are_refused(void **state)
+{
+    (void)state;
+    enum {
+        SIDES = 20000
+    };
+    static int32_t indices[SIDES];
+    for (int32_t k = 0; k < SIDES; k++)
+        indices[k] = k;
+    const int32_t counts[] = {SIDES};
+    CoOsdDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK,
+                      .vertex_count = SIDES,
+                      .face_count = 1,
+                      .face_vertex_counts = counts,
+                      .face_vertex_indices = indices};
+    char warning[256];
+    CohortError err = {0};
+    assert_null(co_osd_create(&desc, warning, &err));
+    assert_int_equal(err.code, COHORT_ERROR_LIMIT);
+    assert_non_null(strstr(err.message, "20000"));
+    desc.scheme = COHORT_SCHEME_BILINEAR;
+    co_osd_destroy(make_osd(&desc, false));
+}
+
 // Coordinates of a hexagon's sub-faces: corner, middle of the next edge, center, middle of the
 // last.
 static void sub_faces_start_at_their_vertex(void **state)
@@ -153,6 +178,7 @@ int main(void)
         cmocka_unit_test(edges_join_their_face_vertices),
         cmocka_unit_test(infinite_creases_are_seams),
         cmocka_unit_test(bad_topology_is_refused_with_its_reason),
+        cmocka_unit_test(endless_valences_are_refused),
         cmocka_unit_test(sub_faces_start_at_their_vertex),
         cmocka_unit_test(broken_control_values_are_seen),
     };
