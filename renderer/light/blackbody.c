@@ -1,9 +1,11 @@
 #include "light/light_internal.h"
 
-// Planck's law through the CIE 1931 observer (c2 = 1.4387769e-2 m K) in linear Rec.709, from 1000 K in
-// steps of 500 K, largest channel 1. Where blue would be negative (below 2000 K) white is added until
-// it is zero; this is what UsdLuxBlackbodyTemperatureAsRgb's values show, too.
-enum { KNOTS = 19 };
+// Planck's law through the CIE 1931 observer (c2 = 1.4387769e-2 m K) in linear Rec.709, from 1000 K
+// in steps of 500 K, largest channel 1. Where blue would be negative (below 2000 K) white is added
+// until it is zero; this is what UsdLuxBlackbodyTemperatureAsRgb's values show, too.
+enum {
+    KNOTS = 19
+};
 static const float knots[KNOTS][3] = {
     {1.000000f, 0.027728f, 0.000000f}, {1.000000f, 0.149789f, 0.000000f},
     {1.000000f, 0.256765f, 0.008140f}, {1.000000f, 0.372147f, 0.067534f},

@@ -1,4 +1,5 @@
-// Distant lights: a cone of directions around the way back to the light; parallel when it has no width.
+// Distant lights: a cone of directions around the way back to the light; parallel when it has no
+// width.
 
 #include "light/light_internal.h"
 #include "math/warp.h"

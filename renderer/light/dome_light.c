@@ -1,15 +1,17 @@
 // Domes: lat-long images sampled by their brightness, and plain ones by the cosine.
 //
 // Image: top row towards +Y, left edge at longitude +pi, longitude 0 towards +Z, +pi/2 towards +X
-// (UsdLuxDomeLight). Cells of the table carry the bilinear lookup's own sums, so that no direction with
-// light has density zero.
+// (UsdLuxDomeLight). Cells of the table carry the bilinear lookup's own sums, so that no direction
+// with light has density zero.
 
 #include "light/light_internal.h"
 #include "math/warp.h"
 
 #include "base/error.h"
 
-enum { CELLS_MAX = 1 << 22 };
+enum {
+    CELLS_MAX = 1 << 22
+};
 
 static float mean3(CoVec3 v)
 {
@@ -36,8 +38,9 @@ static double edge(uint32_t i, uint32_t texels_per_cell, uint32_t texels)
     return (double)(texel < texels ? texel : texels) / (double)texels;
 }
 
-// Cell weights to running shares in place; weights[count] gets 1. Cells with any light are raised to a
-// thousandth of the mean, so that their share stays above the steps of a float. Returns the sum.
+// Cell weights to running shares in place; weights[count] gets 1. Cells with any light are raised
+// to a thousandth of the mean, so that their share stays above the steps of a float. Returns the
+// sum.
 static double to_shares(float *weights, uint32_t count)
 {
     double sum = 0.0, raised = 0.0, running = 0.0;
@@ -138,7 +141,8 @@ static double cell_pdf(const CoLight *light, uint32_t x, uint32_t y)
 {
     const CoDome *dome = &light->dome;
     const float *row = row_of(dome, y);
-    double share = (double)(dome->row_edges[y + 1] - dome->row_edges[y]) * (double)(row[x + 1] - row[x]);
+    double share =
+        (double)(dome->row_edges[y + 1] - dome->row_edges[y]) * (double)(row[x + 1] - row[x]);
     double width = edge(x + 1, dome->texels_per_cell, light->image.width) -
                    edge(x, dome->texels_per_cell, light->image.width);
     return share / (2.0 * CO_PI_D * width * (dome->cos_edges[y] - dome->cos_edges[y + 1]));

@@ -32,8 +32,10 @@ CoVec3 co_light_image_lookup(const CoLightImage *image, float x, float y, bool w
     float fx = x - (float)ix, fy = y - (float)iy;
     uint32_t x0 = neighbor(ix, image->width, wrap), x1 = neighbor(ix + 1, image->width, wrap);
     uint32_t y0 = neighbor(iy, image->height, false), y1 = neighbor(iy + 1, image->height, false);
-    CoVec3 top = co_lerp3(co_light_image_texel(image, x0, y0), co_light_image_texel(image, x1, y0), fx);
-    CoVec3 low = co_lerp3(co_light_image_texel(image, x0, y1), co_light_image_texel(image, x1, y1), fx);
+    CoVec3 top =
+        co_lerp3(co_light_image_texel(image, x0, y0), co_light_image_texel(image, x1, y0), fx);
+    CoVec3 low =
+        co_lerp3(co_light_image_texel(image, x0, y1), co_light_image_texel(image, x1, y1), fx);
     return co_lerp3(top, low, fy);
 }
 

@@ -19,24 +19,24 @@ typedef struct CoDome {
 // One light, in the render frame.
 typedef struct CoLight {
     CohortLightType type;
-    bool is_active;  // can contribute anywhere
-    bool is_delta;   // distant, parallel
-    bool is_shaped;  // focus or cone
+    bool is_active;       // can contribute anywhere
+    bool is_delta;        // distant, parallel
+    bool is_shaped;       // focus or cone
     bool is_right_angled; // rect: edges orthogonal; sphere: round
     float diffuse;
     CoVec3 radiance; // where texture and shaping are 1; irradiance for delta lights
     float strength;  // mean of the channels and of the texture, for selection
     CoVec3 center;
-    CoVec3 axis;     // unit, the way the light shines (-Z)
-    CoVec3 normal;   // rect, disk: unit, of the side that emits
-    CoVec3 ex, ey;   // rect: half edges; disk, ellipsoid: what the map makes of the unit axes
-    CoVec3 ez;       // ellipsoid: the third
-    CoVec3 ux, uy;   // dual to ex and ey: a = ux . (p - center) is 1 at the edge
+    CoVec3 axis;   // unit, the way the light shines (-Z)
+    CoVec3 normal; // rect, disk: unit, of the side that emits
+    CoVec3 ex, ey; // rect: half edges; disk, ellipsoid: what the map makes of the unit axes
+    CoVec3 ez;     // ellipsoid: the third
+    CoVec3 ux, uy; // dual to ex and ey: a = ux . (p - center) is 1 at the edge
     float area, inv_area;
-    float bound;     // radius of a sphere around center that holds the light
+    float bound;       // radius of a sphere around center that holds the light
     CoAffine to_local; // ellipsoid: to the unit sphere; dome: rotation to its own axes
     float to_local_det;
-    float versine;   // distant: 1 - cos(half angle)
+    float versine;                       // distant: 1 - cos(half angle)
     float focus, cone_outer, cone_inner; // cone angles in radians; outer >= pi = none
     CoVec3 focus_tint;
     CoLightImage image;
@@ -49,13 +49,14 @@ struct CoLights {
     float max_radiance;
 };
 
-// light_setup.c. Leaves the light inactive where co_light_problem() names a reason or nothing shines.
+// light_setup.c. Leaves the light inactive where co_light_problem() names a reason or nothing
+// shines.
 bool co_light_setup(CoLight *light, const CohortLightDesc *desc, const CoLightImage *image,
                     const double frame[3], const float rgb_to_rendering[9], CohortError *err);
 void co_light_teardown(CoLight *light);
 
-// emission.c. Radiance sent back along a ray of direction `dir` that meets the light at (a, b), each
-// in [-1, 1] over a rect.
+// emission.c. Radiance sent back along a ray of direction `dir` that meets the light at (a, b),
+// each in [-1, 1] over a rect.
 CoVec3 co_light_emission(const CoLight *light, CoVec3 dir, float a, float b);
 // Bilinear between texel centers. x, y in texels; columns wrap or clamp, rows clamp; what is not
 // finite or negative counts as 0.
@@ -65,9 +66,10 @@ CoVec3 co_light_image_texel(const CoLightImage *image, uint32_t x, uint32_t y);
 // select.c. Estimate of what the light sends to org: never 0 where it contributes.
 float co_light_importance(const CoLight *light, CoVec3 org, CoVec3 n);
 
-// rect_light.c, disk_light.c. Where the ray's line meets the plane: t > 0 and finite, or false. (a, b)
-// as above. Whether that is inside the light is the caller's to ask.
-bool co_light_plane_meet(const CoLight *light, CoVec3 org, CoVec3 dir, float *t, float *a, float *b);
+// rect_light.c, disk_light.c. Where the ray's line meets the plane: t > 0 and finite, or false. (a,
+// b) as above. Whether that is inside the light is the caller's to ask.
+bool co_light_plane_meet(const CoLight *light, CoVec3 org, CoVec3 dir, float *t, float *a,
+                         float *b);
 // Height of org over the side that emits; nothing is received at 0 or below.
 float co_light_plane_height(const CoLight *light, CoVec3 org);
 // Solid-angle density of a direction under uniform sampling of the flat light's area.

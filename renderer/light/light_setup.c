@@ -55,7 +55,7 @@ static bool are_orthogonal(Double3 a, Double3 b)
     return fabs(dot(a, b)) <= 1e-6 * length(a) * length(b);
 }
 
-// ---- What makes a light dark ---------------------------------------------------------------------
+// ---- What makes a light dark ----------------------------------------------------------------
 
 static bool is_transform_finite(const CohortLightDesc *desc)
 {
@@ -85,7 +85,10 @@ static double half_angle(const CohortLightDesc *desc)
 // Area of an ellipsoid: the length of the cofactor matrix times the normal, over the unit sphere.
 static double ellipsoid_area(Double3 ex, Double3 ey, Double3 ez)
 {
-    enum { RINGS = 256, SPOKES = 64 };
+    enum {
+        RINGS = 256,
+        SPOKES = 64
+    };
     Double3 cx = cross(ey, ez), cy = cross(ez, ex), cz = cross(ex, ey);
     double sum = 0.0;
     for (int i = 0; i < RINGS; i++) {
@@ -93,7 +96,8 @@ static double ellipsoid_area(Double3 ex, Double3 ey, Double3 ez)
         for (int j = 0; j < SPOKES; j++) {
             double s, c;
             co_sincos_d((double)j * (2.0 * CO_PI_D / SPOKES), &s, &c);
-            Double3 v = {cx.x * r * c + cy.x * r * s + cz.x * z, cx.y * r * c + cy.y * r * s + cz.y * z,
+            Double3 v = {cx.x * r * c + cy.x * r * s + cz.x * z,
+                         cx.y * r * c + cy.y * r * s + cz.y * z,
                          cx.z * r * c + cy.z * r * s + cz.z * z};
             sum += length(v);
         }
@@ -184,10 +188,15 @@ const char *co_light_problem(const CohortLightDesc *desc)
             return "has a negative brightness: that counts as none";
     if (!(desc->diffuse >= 0.0f) || !(desc->diffuse <= 1e30f))
         return "has a diffuse multiplier that is negative or not finite: it counts as 0";
+    if (desc->specular != desc->diffuse)
+        return "has a specular multiplier that differs from its diffuse one: the latter counts";
+    bool is_shaped = desc->shaping_focus > 0.0f || desc->shaping_cone_angle_degrees < 90.0f;
+    if (is_shaped && (desc->type == COHORT_LIGHT_DISTANT || desc->type == COHORT_LIGHT_DOME))
+        return "has shaping, which only rect, disk and sphere lights heed: it is ignored";
     return NULL;
 }
 
-// ---- Preparation -----------------------------------------------------------------------------------
+// ---- Preparation ----------------------------------------------------------------------------
 
 static CoVec3 radiance_of(const CohortLightDesc *desc, const float rgb_to_rendering[9])
 {

@@ -4,7 +4,10 @@
 
 #include "base/error.h"
 
-enum { CACHED = 64 }; // importances kept between the two passes of a choice
+// Importances kept between the two passes of a choice.
+enum {
+    CACHED = 64
+};
 
 static float brightest(const CoLight *light)
 {
@@ -15,7 +18,8 @@ static float brightest(const CoLight *light)
             for (uint32_t x = 0; x < light->image.width; x++)
                 factor = fmaxf(factor, co_max3(co_light_image_texel(&light->image, x, y)));
     }
-    float tint = light->is_shaped && light->focus > 0.0f ? fmaxf(co_max3(light->focus_tint), 1.0f) : 1.0f;
+    float tint =
+        light->is_shaped && light->focus > 0.0f ? fmaxf(co_max3(light->focus_tint), 1.0f) : 1.0f;
     return co_max3(light->radiance) * factor * tint;
 }
 
@@ -202,7 +206,8 @@ float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t 
         t = fmaxf(co_dot(co_sub(light->center, org), dir), 0.0f);
     if (is_flat && !(co_light_plane_height(light, org) > 0.0f))
         return t;
-    CoVec3 emission = co_light_emission(light, dir, co_clamp(a, -1.0f, 1.0f), co_clamp(b, -1.0f, 1.0f));
+    CoVec3 emission =
+        co_light_emission(light, dir, co_clamp(a, -1.0f, 1.0f), co_clamp(b, -1.0f, 1.0f));
     *radiance = co_scale(emission, light->diffuse);
     return t;
 }
@@ -232,8 +237,9 @@ void co_light_collect(const CoLights *lights, CoVec3 org, CoVec3 dir, float tnea
                 hit.radiance = co_dome_light_radiance(light, dir);
             else if (co_distant_light_meet(light, dir))
                 hit.radiance = light->radiance;
-        } else if (!may_meet(light, org, dir, tfar) || !meet(light, org, dir, &hit.t, &hit.radiance) ||
-                   !(hit.t > tnear) || !(hit.t < tfar)) {
+        } else if (!may_meet(light, org, dir, tfar) ||
+                   !meet(light, org, dir, &hit.t, &hit.radiance) || !(hit.t > tnear) ||
+                   !(hit.t < tfar)) {
             continue;
         }
         if (co_max3(hit.radiance) > 0.0f)

@@ -1,6 +1,6 @@
-// Rectangles: uniform in solid angle (Urena, Fajardo, King 2013, "An Area-Preserving Parametrization
-// for Spherical Rectangles") where they look large, uniform in area where they look small or are
-// sheared.
+// Rectangles: uniform in solid angle (Urena, Fajardo, King 2013, "An Area-Preserving
+// Parametrization for Spherical Rectangles") where they look large, uniform in area where they look
+// small or are sheared.
 
 #include "light/light_internal.h"
 #include "math/elementary.h"

@@ -3,8 +3,9 @@
 #include "light/light_internal.h"
 #include "math/elementary.h"
 
-// The largest cosine to n over a cone around d (of length `dist`) that holds a ball of radius `bound`.
-// The slack keeps lights near the horizon alive: n has been quantized, and may be a shading normal.
+// The largest cosine to n over a cone around d (of length `dist`) that holds a ball of radius
+// `bound`. The slack keeps lights near the horizon alive: n has been quantized, and may be a
+// shading normal.
 static float facing(CoVec3 n, CoVec3 d, float dist, float bound)
 {
     const float slack = 0.03f;
@@ -66,8 +67,8 @@ float co_light_importance(const CoLight *light, CoVec3 org, CoVec3 n)
         return distant_importance(light, n);
     CoVec3 d = co_sub(light->center, org);
     float d2 = co_dot(d, d), dist = sqrtf(d2);
-    float size = light->type == COHORT_LIGHT_SPHERE ? ball_size(light, d2)
-                                                    : flat_size(light, org, d2, dist);
+    float size =
+        light->type == COHORT_LIGHT_SPHERE ? ball_size(light, d2) : flat_size(light, org, d2, dist);
     if (!(size > 0.0f))
         return 0.0f;
     float result = light->strength * size * facing(n, d, dist, light->bound);

@@ -2,8 +2,8 @@
 //
 // libm picks variants by CPU, so nothing that reaches the image may call it. Here each function
 // reduces its argument and sums a short Taylor series in double, in a fixed order and uncontracted,
-// then rounds once: the error stays below 0.52 units in the last place on the ranges given (measured
-// against libm in double). Only sqrt is taken from the machine: IEEE 754 fixes its bits.
+// then rounds once: the error stays below 0.52 units in the last place on the ranges given
+// (measured against libm in double). Only sqrt is taken from the machine: IEEE 754 fixes its bits.
 
 #ifndef CO_MATH_ELEMENTARY_H
 #define CO_MATH_ELEMENTARY_H
@@ -30,8 +30,8 @@ static inline uint64_t co_double_bits(double x)
     return bits;
 }
 
-// sin and cos of x. |x| above 2^30 has no phase worth keeping: it counts as 0. NaN and infinity give
-// NaN.
+// sin and cos of x. |x| above 2^30 has no phase worth keeping: it counts as 0. NaN and infinity
+// give NaN.
 static inline void co_sincos_d(double x, double *sine, double *cosine)
 {
     if (!(fabs(x) <= 0x1p30))
@@ -42,10 +42,14 @@ static inline void co_sincos_d(double x, double *sine, double *cosine)
     double r = (x - (double)k * 0x1.921fb5p+0) - (double)k * 0x1.110b4611a6263p-26;
     double z = r * r;
     double s =
-        r + r * z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 +
-                                                                        z * (-1.0 / 39916800)))));
-    double c = 1.0 + z * (-1.0 / 2 + z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 +
-                                              z * (-1.0 / 3628800 + z * (1.0 / 479001600))))));
+        r + r * z *
+                (-1.0 / 6 +
+                 z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800)))));
+    double c =
+        1.0 +
+        z * (-1.0 / 2 +
+             z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800 +
+                                                                       z * (1.0 / 479001600))))));
     double swapped_s = (k & 1) != 0 ? c : s;
     double swapped_c = (k & 1) != 0 ? s : c;
     *sine = (k & 2) != 0 ? -swapped_s : swapped_s;
@@ -61,8 +65,8 @@ static inline double co_exp2_d(double x)
     int64_t k = (int64_t)(x + (x < 0.0 ? -0.5 : 0.5));
     double r = (x - (double)k) * 0.69314718055994530942;
     double low = 1.0 + r * (1.0 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24))));
-    double high = 1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 +
-                                                                      r * (1.0 / 362880))));
+    double high =
+        1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 + r * (1.0 / 362880))));
     double r2 = r * r;
     return (low + high * (r2 * r2 * r)) * co_double_from_bits((uint64_t)(k + 1023) << 52);
 }

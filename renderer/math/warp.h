@@ -1,5 +1,5 @@
-// Maps from the unit square to disks, hemispheres and cones, all area-preserving and continuous enough
-// to keep the stratification of their input.
+// Maps from the unit square to disks, hemispheres and cones, all area-preserving and continuous
+// enough to keep the stratification of their input.
 
 #ifndef CO_MATH_WARP_H
 #define CO_MATH_WARP_H
@@ -36,8 +36,8 @@ static inline CoVec3 co_warp_cosine(float u0, float u1)
     return co_vec3(x, y, sqrtf(fmaxf(0.0f, 1.0f - (x * x + y * y))));
 }
 
-// Uniform over the cone around +z with 1 - cos(half angle) = `versine` in [0, 2]: the versine, because
-// it keeps its digits where the cosine rounds to 1.
+// Uniform over the cone around +z with 1 - cos(half angle) = `versine` in [0, 2]: the versine,
+// because it keeps its digits where the cosine rounds to 1.
 static inline CoVec3 co_warp_cone(float versine, float u0, float u1)
 {
     float x, y;

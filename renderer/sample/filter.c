@@ -4,8 +4,8 @@
 #include "sample/filter_table.h"
 #include "sample/sample.h"
 
-// Inverts the running area of a piecewise linear density over [0, 1] at u in [0, 1]: monotone, so the
-// stratification of u survives.
+// Inverts the running area of a piecewise linear density over [0, 1] at u in [0, 1]: monotone, so
+// the stratification of u survives.
 static float invert(const float *density, const float *area, float u)
 {
     int i = 0;

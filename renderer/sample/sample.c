@@ -12,9 +12,9 @@ static uint32_t reverse_bits(uint32_t x)
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-// A hash in which each bit is flipped by the bits below it only: on a bit-reversed fraction that is an
-// Owen scramble. The form is Laine and Karras' (2011), the constants Vegdahl's (2021), which pass
-// where the originals correlate.
+// A hash in which each bit is flipped by the bits below it only: on a bit-reversed fraction that is
+// an Owen scramble. The form is Laine and Karras' (2011), the constants Vegdahl's (2021), which
+// pass where the originals correlate.
 static uint32_t owen_hash(uint32_t x, uint32_t seed)
 {
     x ^= x * 0x3d20adeau;

@@ -1,6 +1,7 @@
 // Evaluation and sampling of the lobes together.
 
 #include "math/warp.h"
+#include "shading/albedo_table.h"
 #include "shading/bsdf_internal.h"
 #include "shading/microfacet.h"
 
@@ -19,6 +20,32 @@ static float schlick(float cosine)
 static CoVec3 fresnel(const CoBsdf *bsdf, float weight)
 {
     return co_lerp3(bsdf->f0, bsdf->f90, weight);
+}
+
+// Between the nodes of a table over roughness and cosine, both in [0, 1].
+static float between(const float table[ALBEDO_NODES][ALBEDO_NODES], float roughness, float cosine)
+{
+    float x = co_clamp(cosine, 0.0f, 1.0f) * (ALBEDO_NODES - 1);
+    float y = co_clamp(roughness, 0.0f, 1.0f) * (ALBEDO_NODES - 1);
+    int i = x < ALBEDO_NODES - 2 ? (int)x : ALBEDO_NODES - 2;
+    int j = y < ALBEDO_NODES - 2 ? (int)y : ALBEDO_NODES - 2;
+    float u = x - (float)i, v = y - (float)j;
+    // Off a mirror the albedo falls slowly at first.
+    if (j == 0)
+        v *= v;
+    float low = table[j][i] + (table[j][i + 1] - table[j][i]) * u;
+    float high = table[j + 1][i] + (table[j + 1][i + 1] - table[j + 1][i]) * u;
+    return low + (high - low) * v;
+}
+
+// What the specular lobe reflects of what arrives along wo, over all directions.
+static CoVec3 specular_albedo(const CoBsdf *bsdf, float cosine)
+{
+    if (bsdf->alpha == 0.0f)
+        return fresnel(bsdf, schlick(cosine));
+    float roughness = sqrtf(bsdf->alpha);
+    CoVec3 sum = co_scale(bsdf->f0, between(albedo_f0, roughness, cosine));
+    return co_madd(sum, bsdf->f90, between(albedo_f90, roughness, cosine));
 }
 
 static float coat_fresnel(const CoBsdf *bsdf, float weight)
@@ -50,12 +77,12 @@ void co_bsdf_set_frame(CoBsdf *bsdf, CoVec3 ns, CoVec3 ng, CoVec3 wo)
 
 void co_bsdf_set_selection(CoBsdf *bsdf, CoVec3 wo)
 {
-    float weight = schlick(co_dot(bsdf->n, wo));
-    float f = mean3(fresnel(bsdf, weight));
-    // F of the half vector is not f: at a grazing wo the diffuse part still shows, at a steep one the
-    // specular part. Estimates that miss them would make weights explode.
-    float diffuse = mean3(bsdf->diffuse) * bsdf->opacity * (1.0f - mean3(bsdf->f0));
-    float specular = fmaxf(f, 0.02f * mean3(bsdf->f90));
+    float cosine = co_dot(bsdf->n, wo), weight = schlick(cosine);
+    bsdf->reflected = specular_albedo(bsdf, cosine);
+    float f = mean3(fresnel(bsdf, weight)), reflected = mean3(bsdf->reflected);
+    float diffuse = mean3(bsdf->diffuse) * bsdf->opacity * (1.0f - reflected);
+    // A floor, lest the rare half vectors that reflect much get weights that explode.
+    float specular = fmaxf(reflected, 0.02f * mean3(bsdf->f90));
     float coat = fmaxf(coat_fresnel(bsdf, weight), 0.02f * bsdf->coat);
     float through = (1.0f - bsdf->opacity) * (1.0f - f);
     float sum = diffuse + specular + coat + through;
@@ -93,8 +120,12 @@ CoVec3 co_bsdf_eval(const CoBsdf *bsdf, CoVec3 wo, CoVec3 wi, float *pdf)
     float weight = schlick(co_dot(o, h));
     CoVec3 f = fresnel(bsdf, weight);
 
+    // At grazing angles the specular lobe takes more from wo than F of a half vector says: without
+    // the other bound a white surface would give back almost twice what it receives.
     float cosine_pdf = i.z * CO_INV_PI;
-    CoVec3 dimmed = co_sub(co_vec3_splat(1.0f), f);
+    CoVec3 dimmed =
+        co_vec3(1.0f - fmaxf(f.x, bsdf->reflected.x), 1.0f - fmaxf(f.y, bsdf->reflected.y),
+                1.0f - fmaxf(f.z, bsdf->reflected.z));
     value = co_scale(co_mul(bsdf->diffuse, dimmed), bsdf->opacity * cosine_pdf);
     *pdf = bsdf->p_diffuse * cosine_pdf;
     float lobe_pdf;
@@ -171,10 +202,9 @@ bool co_bsdf_sample(const CoBsdf *bsdf, CoVec3 wo, float uc, float u0, float u1,
 
 CoVec3 co_bsdf_albedo(const CoBsdf *bsdf, CoVec3 wo)
 {
-    float weight = schlick(co_dot(bsdf->n, wo));
-    CoVec3 f = fresnel(bsdf, weight);
+    CoVec3 f = bsdf->reflected;
     CoVec3 diffuse = co_scale(bsdf->diffuse, bsdf->opacity);
     CoVec3 sum = co_add(f, co_mul(diffuse, co_sub(co_vec3_splat(1.0f), f)));
-    sum = co_add(sum, co_vec3_splat(coat_fresnel(bsdf, weight)));
+    sum = co_add(sum, co_vec3_splat(coat_fresnel(bsdf, schlick(co_dot(bsdf->n, wo)))));
     return co_vec3(fminf(sum.x, 1.0f), fminf(sum.y, 1.0f), fminf(sum.z, 1.0f));
 }

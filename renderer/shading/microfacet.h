@@ -32,7 +32,8 @@ static inline float co_ggx_lambda(CoVec3 w, float alpha)
 // The half vector of a reflection, drawn from the normals visible from wo (wo.z > 0).
 static inline CoVec3 co_ggx_sample(CoVec3 wo, float alpha, float u0, float u1)
 {
-    // The hemisphere stretched to unit roughness; there the reflections off it fill a spherical cap.
+    // The hemisphere stretched to unit roughness; there the reflections off it fill a spherical
+    // cap.
     CoVec3 v = co_normalize(co_vec3(alpha * wo.x, alpha * wo.y, wo.z));
     float sine, cosine;
     co_sincosf(2.0f * CO_PI * u0, &sine, &cosine);

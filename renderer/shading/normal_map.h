@@ -5,13 +5,12 @@
 
 #include "math/vec.h"
 
-// ns, ng: unit shading and geometric normal, on the same side or not. dpds, dpdt: how the surface point
-// moves with the texture coordinates; any length, need not be orthogonal, may be mirrored. n_tangent:
-// x along growing s, y along growing t, z along ns; any length.
+// ns, ng: unit shading and geometric normal, on the same side or not. dpds, dpdt: how the surface
+// point moves with the texture coordinates; any length, need not be orthogonal, may be mirrored.
+// n_tangent: x along growing s, y along growing t, z along ns; any length.
 //
 // Returns a unit normal on ns's side of ng, or ns where the tangents or n_tangent give none.
-static inline CoVec3 co_normal_map(CoVec3 ns, CoVec3 ng, CoVec3 dpds, CoVec3 dpdt,
-                                   CoVec3 n_tangent)
+static inline CoVec3 co_normal_map(CoVec3 ns, CoVec3 ng, CoVec3 dpds, CoVec3 dpdt, CoVec3 n_tangent)
 {
     CoVec3 tangent = co_normalize(co_madd(dpds, ns, -co_dot(dpds, ns)));
     CoVec3 bitangent = co_cross(ns, tangent);

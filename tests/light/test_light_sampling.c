@@ -1,12 +1,18 @@
-// Every light sampler against its density: chi-square, total probability, and agreement with the rays
-// that meet the light.
+// Every light sampler against its density: chi-square, total probability, and agreement with the
+// rays that meet the light.
 
 #include "light_fixture.h"
 
 #include "base/hash.h"
 #include "math/warp.h"
 
-enum { RINGS = 12, SPOKES = 16, BINS = RINGS * SPOKES, FINE = 48, DRAWS = 60000 };
+enum {
+    RINGS = 12,
+    SPOKES = 16,
+    BINS = RINGS * SPOKES,
+    FINE = 48,
+    DRAWS = 60000
+};
 
 typedef struct Case {
     const char *name;
@@ -199,7 +205,7 @@ static void domes_are_sampled_as_they_say(void **state)
     check(&c);
 }
 
-// ---- Rays and samples agree -------------------------------------------------------------------------
+// ---- Rays and samples agree -----------------------------------------------------------------
 
 static void samples_meet_what_they_aim_at(void **state)
 {
@@ -256,7 +262,8 @@ static void tiny_lights_are_never_missed(void **state)
         }
         // Normalized: a point of intensity 1/pi (flat) or 1/(4 pi) over the square of the distance.
         double per_area = type == COHORT_LIGHT_SPHERE ? 0.25 : 1.0;
-        test_near((double)test_irradiance(lights, co_vec3(0, 0, 0), n, 16).x, per_area * 1e-4, 1e-3);
+        test_near((double)test_irradiance(lights, co_vec3(0, 0, 0), n, 16).x, per_area * 1e-4,
+                  1e-3);
         co_lights_destroy(lights);
     }
 }
@@ -288,8 +295,10 @@ static void a_ray_meets_a_sphere_once(void **state)
     assert_int_equal(test_collect(lights, co_vec3(0, 0, -2), co_vec3(0, 0, -1)).count, 0);
     assert_int_equal(test_collect(lights, co_vec3(0, 0.6f, -2), co_vec3(0, 0, 1)).count, 0);
     TestHits hits = {0};
-    co_light_collect(lights, co_vec3(0, 0, -2), co_vec3(0, 0, 1), 0.0f, 1.4f, test_count_hit, &hits);
-    co_light_collect(lights, co_vec3(0, 0, -2), co_vec3(0, 0, 1), 1.6f, 9.0f, test_count_hit, &hits);
+    co_light_collect(lights, co_vec3(0, 0, -2), co_vec3(0, 0, 1), 0.0f, 1.4f, test_count_hit,
+                     &hits);
+    co_light_collect(lights, co_vec3(0, 0, -2), co_vec3(0, 0, 1), 1.6f, 9.0f, test_count_hit,
+                     &hits);
     assert_int_equal(hits.count, 0);
     co_lights_destroy(lights);
 }
@@ -340,7 +349,8 @@ static void lights_are_chosen_by_what_they_give(void **state)
     for (int i = 0; i < 200000; i++) {
         CoLightSample s;
         CoVec3 radiance;
-        assert_true(co_light_sample(lights, org, n, next_random(), next_random(), next_random(), &s));
+        assert_true(
+            co_light_sample(lights, org, n, next_random(), next_random(), next_random(), &s));
         co_light_ray_end(lights, org, s.wi, s.emitter, &radiance);
         float pdf = co_light_pdf(lights, org, n, s.emitter, s.wi);
         double term = (double)(radiance.x * s.wi.z / pdf);

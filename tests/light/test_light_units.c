@@ -1,5 +1,5 @@
-// A light meter: irradiance of each light against the analytic value, UsdLux units, color temperature,
-// shaping, images, and lights that cannot shine.
+// A light meter: irradiance of each light against the analytic value, UsdLux units, color
+// temperature, shaping, images, and lights that cannot shine.
 
 #include "light_fixture.h"
 
@@ -123,9 +123,9 @@ static void blackbodies_are_those_of_usd(void **state)
     (void)state;
     // UsdLuxBlackbodyTemperatureAsRgb of usd-core 26.11.
     static const float measured[][4] = {
-        {500, 4.3055f, 0.11836f, 0.0f},    {1500, 3.12852f, 0.46823f, 0.0f},
+        {500, 4.3055f, 0.11836f, 0.0f},      {1500, 3.12852f, 0.46823f, 0.0f},
         {2000, 2.52057f, 0.64689f, 0.0204f}, {3200, 1.6799f, 0.8660f, 0.3256f},
-        {6500, 1.0433f, 0.9836f, 1.0346f}, {10000, 0.8718f, 0.9947f, 1.4300f},
+        {6500, 1.0433f, 0.9836f, 1.0346f},   {10000, 0.8718f, 0.9947f, 1.4300f},
         {40000, 0.8718f, 0.9947f, 1.4300f},
     };
     for (int i = 0; i < 7; i++) {
@@ -211,7 +211,10 @@ static float dome_at(const CoLights *lights, float x, float y, float z)
 static void a_dome_maps_its_image_as_usd_does(void **state)
 {
     (void)state;
-    enum { W = 64, H = 32 };
+    enum {
+        W = 64,
+        H = 32
+    };
     static float pixels[W * H * 4];
     for (int i = 0; i < W * H; i++) {
         pixels[i * 4] = (float)(i % W) + 1.0f;
@@ -258,14 +261,18 @@ static void a_dome_survives_any_texel(void **state)
     CoLightImage single = {pixels, 1, 1};
     pixels[0] = 1.0f;
     lights = test_lights(&d, &single, 1);
-    test_near((double)test_irradiance(lights, co_vec3(0, 0, 0), co_vec3(0, 1, 0), 128).x, test_pi, 2e-3);
+    test_near((double)test_irradiance(lights, co_vec3(0, 0, 0), co_vec3(0, 1, 0), 128).x, test_pi,
+              2e-3);
     co_lights_destroy(lights);
 }
 
 static void a_large_dome_keeps_its_total(void **state)
 {
     (void)state;
-    enum { W = 4200, H = 1100 };
+    enum {
+        W = 4200,
+        H = 1100
+    };
     float *pixels = test_calloc((size_t)W * H * 4, sizeof *pixels);
     for (int y = 0; y < H; y++)
         for (int x = 0; x < W; x++)
@@ -305,9 +312,11 @@ static void what_cannot_shine_is_dark_and_named(void **state)
     assert_int_equal(co_lights_count(lights), 0);
     CoLightSample s;
     CoVec3 radiance;
-    assert_false(co_light_sample(lights, co_vec3(0, 0, -1), co_vec3(0, 0, 1), 0.5f, 0.5f, 0.5f, &s));
+    assert_false(
+        co_light_sample(lights, co_vec3(0, 0, -1), co_vec3(0, 0, 1), 0.5f, 0.5f, 0.5f, &s));
     for (uint32_t i = 0; i < 11; i++) {
-        assert_true(co_light_pdf(lights, co_vec3(0, 0, -1), co_vec3(0, 0, 1), i, co_vec3(0, 0, 1)) == 0);
+        assert_true(
+            co_light_pdf(lights, co_vec3(0, 0, -1), co_vec3(0, 0, 1), i, co_vec3(0, 0, 1)) == 0);
         co_light_ray_end(lights, co_vec3(0, 0, -1), co_vec3(0, 0, 1), i, &radiance);
         assert_true(co_max3(radiance) == 0.0f);
     }
@@ -319,8 +328,13 @@ static void what_cannot_shine_is_dark_and_named(void **state)
     dim.intensity = -1.0f;
     assert_non_null(co_light_problem(&dim));
     dim.intensity = 1.0f;
+    dim.specular = 0.5f;
+    assert_non_null(co_light_problem(&dim));
     dim.diffuse = NAN;
     assert_non_null(co_light_problem(&dim));
+    CohortLightDesc sun = test_light(COHORT_LIGHT_DISTANT);
+    sun.shaping_cone_angle_degrees = 30.0f;
+    assert_non_null(co_light_problem(&sun));
     dim.hidden = true;
     lights = test_lights(&dim, NULL, 1);
     assert_int_equal(co_lights_count(lights), 0);

@@ -29,7 +29,8 @@ static void a_basis_is_orthonormal(void **state)
 {
     (void)state;
     for (int i = 0; i < 1000; i++) {
-        CoVec3 n = co_vec3((float)(i % 10) - 4.5f, (float)(i / 10 % 10) - 4.5f, (float)(i / 100) - 4.5f);
+        CoVec3 n =
+            co_vec3((float)(i % 10) - 4.5f, (float)(i / 10 % 10) - 4.5f, (float)(i / 100) - 4.5f);
         CoVec3 s, t;
         n = co_normalize(n);
         co_basis(n, &s, &t);

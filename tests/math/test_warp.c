@@ -9,7 +9,9 @@
 
 #include <cmocka.h>
 
-enum { GRID = 256 };
+enum {
+    GRID = 256
+};
 
 static float at(int i)
 {

@@ -11,7 +11,9 @@
 
 #include <cmocka.h>
 
-enum { N = 1 << 16 };
+enum {
+    N = 1 << 16
+};
 
 static const double pi = 3.14159265358979323846;
 

@@ -1,5 +1,5 @@
-// Sample sequences: the table, stratification, uniformity, independence of what must be independent,
-// and the rate at which an integral converges.
+// Sample sequences: the table, stratification, uniformity, independence of what must be
+// independent, and the rate at which an integral converges.
 
 #include "sample/sample.h"
 #include "sample/sobol_table.h"
@@ -21,32 +21,34 @@ static uint32_t reversed(uint32_t x)
     return r;
 }
 
-// Direction number i of dimension d from its primitive polynomial: degree s, inner coefficients a.
-static uint32_t direction(int d, int i)
+// Direction numbers of dimension d from its primitive polynomial: degree s, inner coefficients a.
+static void directions(int d, uint32_t v[32])
 {
     static const int degree[4] = {0, 1, 2, 3};
     static const uint32_t inner[4] = {0, 0, 1, 1};
     static const uint32_t first[4][3] = {{1, 1, 1}, {1, 0, 0}, {1, 3, 0}, {1, 3, 1}};
     int s = degree[d];
-    if (d == 0)
-        return 1u << (31 - i);
-    if (i < s)
-        return first[d][i] << (31 - i);
-    uint32_t v = direction(d, i - s) ^ (direction(d, i - s) >> s);
-    for (int k = 1; k < s; k++)
-        if ((inner[d] >> (s - 1 - k)) & 1u)
-            v ^= direction(d, i - k);
-    return v;
+    for (int i = 0; i < 32; i++) {
+        if (d == 0 || i < s) {
+            v[i] = first[d][d == 0 ? 0 : i] << (31 - i);
+            continue;
+        }
+        v[i] = v[i - s] ^ (v[i - s] >> s);
+        for (int k = 1; k < s; k++)
+            if ((inner[d] >> (s - 1 - k)) & 1u)
+                v[i] ^= v[i - k];
+    }
 }
 
 static void the_table_follows_from_the_polynomials(void **state)
 {
     (void)state;
-    for (int d = 0; d < 4; d++)
-        for (int bit = 0; bit < 32; bit++) {
-            uint32_t want = reversed(direction(d, 31 - bit));
-            assert_int_equal(sobol_table[bit / 4][1 << (bit % 4)][d], want);
-        }
+    for (int d = 0; d < 4; d++) {
+        uint32_t v[32];
+        directions(d, v);
+        for (int bit = 0; bit < 32; bit++)
+            assert_int_equal(sobol_table[bit / 4][1 << (bit % 4)][d], reversed(v[31 - bit]));
+    }
     for (int i = 0; i < 8; i++)
         for (int v = 1; v < 16; v++)
             for (int d = 0; d < 4; d++)
@@ -86,7 +88,10 @@ static void each_dimension_is_stratified_at_powers_of_two(void **state)
 static void the_first_pair_is_stratified_in_every_shape(void **state)
 {
     (void)state;
-    enum { LOG_N = 8, N = 1 << LOG_N };
+    enum {
+        LOG_N = 8,
+        N = 1 << LOG_N
+    };
     for (uint32_t pixel = 0; pixel < 20; pixel++)
         for (int shape = 0; shape <= LOG_N; shape++) {
             unsigned char seen[N] = {0};
@@ -130,7 +135,10 @@ static void assert_uniform(const uint32_t *count, int bins, uint32_t total)
 static void the_first_sample_is_uniform_over_pixels(void **state)
 {
     (void)state;
-    enum { BINS = 256, N = 100000 };
+    enum {
+        BINS = 256,
+        N = 100000
+    };
     for (int d = 0; d < 4; d++) {
         uint32_t count[BINS] = {0}, pair[BINS] = {0};
         for (uint32_t pixel = 0; pixel < N; pixel++) {
@@ -150,7 +158,10 @@ static void the_first_sample_is_uniform_over_pixels(void **state)
 static void keys_that_differ_in_anything_are_independent(void **state)
 {
     (void)state;
-    enum { BINS = 256, N = 60000 };
+    enum {
+        BINS = 256,
+        N = 60000
+    };
     for (int what = 0; what < 7; what++) {
         uint32_t pair[BINS] = {0};
         for (uint32_t pixel = 0; pixel < N; pixel++) {
@@ -173,7 +184,10 @@ static void keys_that_differ_in_anything_are_independent(void **state)
 static void the_halves_estimate_independently(void **state)
 {
     (void)state;
-    enum { PIXELS = 4000, N = 16 };
+    enum {
+        PIXELS = 4000,
+        N = 16
+    };
     double cov = 0.0, var[2] = {0.0, 0.0};
     for (uint32_t pixel = 0; pixel < PIXELS; pixel++) {
         double error[2];
@@ -201,7 +215,9 @@ static void a_smooth_integral_converges_faster_than_at_random(void **state)
 {
     (void)state;
     const double exact = (1.0 - cos(3.0)) / 3.0 * (exp(1.0) - 1.0) * 1.25;
-    enum { PIXELS = 64 };
+    enum {
+        PIXELS = 64
+    };
     double error[2];
     for (int which = 0; which < 2; which++) {
         uint32_t n = which == 0 ? 32u : 2048u;

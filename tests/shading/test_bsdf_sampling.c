@@ -1,8 +1,15 @@
-// co_bsdf_sample against the density of co_bsdf_eval: chi-square over roughness, angle and material.
+// co_bsdf_sample against the density of co_bsdf_eval: chi-square over roughness, angle and
+// material.
 
 #include "bsdf_fixture.h"
 
-enum { RINGS = 12, SPOKES = 16, BINS = RINGS * SPOKES, FINE = 24, DRAWS = 60000 };
+enum {
+    RINGS = 12,
+    SPOKES = 16,
+    BINS = RINGS * SPOKES,
+    FINE = 24,
+    DRAWS = 60000
+};
 
 static int bin_of(CoVec3 axis, float versine, CoVec3 d)
 {
@@ -79,7 +86,8 @@ static void check(const CoPreviewSurface *surface, float degrees, CoVec3 axis, f
     chi2 += (rest_count - rest) * (rest_count - rest) / rest_scale;
     if (!(chi2 < freedom + 1 + 5.0 * sqrt(2.0 * freedom + 2.0) + 0.1 * freedom))
         fail_msg("roughness %g, metallic %g, %g degrees: chi-square %g with %d bins",
-                 (double)surface->roughness, (double)surface->metallic, (double)degrees, chi2, freedom);
+                 (double)surface->roughness, (double)surface->metallic, (double)degrees, chi2,
+                 freedom);
 }
 
 static const float angles[] = {0.0f, 20.0f, 45.0f, 70.0f, 85.0f};

@@ -32,7 +32,8 @@ static void texels_tilt_along_the_texture(void **state)
     assert_is(co_normal_map(up, up, along_x, along_y, co_vec3(0.6f, 0, 0.8f)), 0.6f, 0, 0.8f);
     assert_is(co_normal_map(up, up, along_x, along_y, co_vec3(0, 1.2f, 1.6f)), 0, 0.6f, 0.8f);
     // Texture turned by a quarter, and mirrored.
-    assert_is(co_normal_map(up, up, along_y, co_neg(along_x), co_vec3(0.6f, 0, 0.8f)), 0, 0.6f, 0.8f);
+    assert_is(co_normal_map(up, up, along_y, co_neg(along_x), co_vec3(0.6f, 0, 0.8f)), 0, 0.6f,
+              0.8f);
     CoVec3 flipped = co_normal_map(up, up, along_x, co_neg(along_y), co_vec3(0, 0.6f, 0.8f));
     assert_is(flipped, 0, -0.6f, 0.8f);
     CoVec3 skewed = co_normal_map(up, up, along_x, co_vec3(4, 1, 0), co_vec3(0, 0.6f, 0.8f));
