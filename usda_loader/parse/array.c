@@ -100,8 +100,7 @@ static inline const char *read_fast(const char *p, CoScalar scalar, unsigned wid
     if (*p++ != '(')
         return NULL;
     for (unsigned i = 0; i < width; i++) {
-        p = skip_white(p);
-        if (p >= safe)
+        if (p > safe || (p = skip_white(p)) >= safe)
             return NULL;
         p = read_component(p, scalar, out + i * size);
         if (!p)
@@ -137,10 +136,10 @@ static bool fast_loop(CoParser *p, Array *array)
             if (at >= p->scan.safe)
                 break;
             const char *next = read_fast(at, info->scalar, info->columns, size, out, p->scan.safe);
-            if (!next)
+            if (!next || next > p->scan.safe)
                 break;
             next = skip_blank(next);
-            if (*next != ',')
+            if (next >= p->scan.safe || *next != ',')
                 break;
             at = skip_white(next + 1);
         }

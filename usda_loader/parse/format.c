@@ -1,6 +1,7 @@
 // Shortest decimals. DIG digits of a decimal always survive the way into a float and back, so the
 // shortest text is that with DIG digits, less its trailing zeros, unless it takes one of the few
-// longer ones to tell the value from its neighbors.
+// longer ones to tell the value from its neighbors. Subnormal values have less precision and are
+// tried from one digit on.
 
 #include "parse/writer.h"
 
@@ -89,7 +90,7 @@ size_t co_format_double(double value, char out[CO_NUMBER_TEXT])
     if (!isfinite(value))
         return special(value, out);
     size_t length = format_small_integer(value, out);
-    for (int digits = DBL_DIG; !length; digits++) {
+    for (int digits = fabs(value) < DBL_MIN ? 1 : DBL_DIG; !length; digits++) {
         length = format_digits(value, digits, out);
         if (digits < DBL_DECIMAL_DIG && read_back(out) != value)
             length = 0;
@@ -102,7 +103,7 @@ size_t co_format_float(float value, char out[CO_NUMBER_TEXT])
     if (!isfinite(value))
         return special((double)value, out);
     size_t length = format_small_integer((double)value, out);
-    for (int digits = FLT_DIG; !length; digits++) {
+    for (int digits = fabsf(value) < FLT_MIN ? 1 : FLT_DIG; !length; digits++) {
         length = format_digits((double)value, digits, out);
         if (digits < FLT_DECIMAL_DIG && (float)read_back(out) != value)
             length = 0;
@@ -120,7 +121,7 @@ size_t co_format_half(uint16_t half, char out[CO_NUMBER_TEXT])
     if (!isfinite(value))
         return special((double)value, out);
     size_t length = format_small_integer((double)value, out);
-    for (int digits = HALF_DIG; !length; digits++) {
+    for (int digits = fabsf(value) < 0x1p-14f ? 1 : HALF_DIG; !length; digits++) {
         length = format_digits((double)value, digits, out);
         if (digits < HALF_DECIMAL_DIG && co_half_from_float((float)read_back(out)) != half)
             length = 0;

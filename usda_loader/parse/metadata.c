@@ -263,17 +263,18 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
     CoDict chosen;
     if (!co_parse_assignment(p))
         return false;
+    const char *list_at = p->scan.at;
     if (!co_parse_dictionary(p, &chosen))
         return false;
     for (size_t i = 0; i < chosen.count; i++) {
         const CoValue *value = chosen.entries[i].value;
         if (value->type != COHORT_TYPE_STRING || value->is_array)
-            return co_parse_fail(p, at, "variant set '%s' is given a %s, expected a string",
+            return co_parse_fail(p, list_at, "variant set '%s' is given a %s, expected a string",
                                  chosen.entries[i].key, co_type_name(value->type));
         const CohortString *name = value->data;
         if (!is_variant_name(name))
-            return co_parse_fail(p, at, "found '%.100s', which cannot be the name of a variant",
-                                 name->text);
+            return co_parse_fail(
+                p, list_at, "found '%.100s', which cannot be the name of a variant", name->text);
     }
     CoValue *value = co_parse_field(p, spec, "variantSelection", at);
     if (!value)

@@ -78,6 +78,9 @@ bool co_path_check(CoSlice path, CoPathInfo *info, size_t *bad);
 // <...> as an absolute path, a token; "" for <>.
 bool co_parse_path(CoParser *p, const char **out, CoPathInfo *info);
 
+// Judges a path expression (expression.c); `bad` receives the offset of what does not belong.
+bool co_expression_check(const char *text, size_t length, size_t *bad);
+
 // ---- Values (value.c, array.c, opaque.c)
 bool co_parse_scalar(CoParser *p, CoScalar scalar, void *out);
 bool co_parse_element(CoParser *p, const CoTypeInfo *info, void *out);

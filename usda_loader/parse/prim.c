@@ -128,6 +128,9 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
     co_scan_space(&p->scan);
     if (!set || !co_parse_char(p, '{'))
         return false;
+    // Said a second time, a set holds only the variants said then.
+    set->child_count = 0;
+    set->child_index = NULL;
     // "{}" may stand for no variants, but not with anything between.
     bool done = co_scan_char(&p->scan, '}');
     while (!done) {

@@ -171,10 +171,9 @@ static bool parse_knot(CoParser *p, CoSpline *spline)
     size_t at = spline->count;
     while (at > 0 && spline->knots[at - 1].time >= knot.time)
         at--;
-    if (at < spline->count && spline->knots[at].time == knot.time) {
-        spline->knots[at] = knot;
+    // Of two knots at one time the first stays.
+    if (at < spline->count && spline->knots[at].time == knot.time)
         return true;
-    }
     if (!co_parse_push(p, &spline->knots, &spline->count, sizeof knot))
         return false;
     memmove(spline->knots + at + 1, spline->knots + at, (spline->count - 1 - at) * sizeof knot);

@@ -122,7 +122,15 @@ static bool parse_text(CoParser *p, CoScalar scalar, CohortString *out)
         return co_parse_asset(p, out);
     if (c != '"' && c != '\'')
         return wrong(p, p->scan.at, scalar);
-    return co_parse_string(p, out);
+    const char *at = p->scan.at;
+    if (!co_parse_string(p, out))
+        return false;
+    size_t bad;
+    if (scalar == CO_SCALAR_PATH_EXPRESSION && !co_expression_check(out->text, out->length, &bad))
+        return co_parse_fail(p, at,
+                             "found '%.100s', which is no path expression from character %zu on",
+                             out->text, bad + 1);
+    return true;
 }
 
 bool co_parse_scalar(CoParser *p, CoScalar scalar, void *out)

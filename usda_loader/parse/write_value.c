@@ -1,5 +1,7 @@
 #include "parse/writer.h"
 
+#include "lex/scan.h"
+
 #include <inttypes.h>
 #include <string.h>
 
@@ -20,16 +22,22 @@ void co_write_string(CoWriter *w, const char *text, size_t length)
     co_write_text(w, quotes);
     for (size_t i = 0; i < length; i++) {
         unsigned char c = (unsigned char)text[i];
-        if (c == '"' || c == '\\')
+        uint32_t code;
+        size_t step = co_utf8_decode(text + i, text + length, &code);
+        if (step > 1) {
+            fwrite(text + i, 1, step, w->file);
+            i += step - 1;
+        } else if (c == '"' || c == '\\') {
             fprintf(w->file, "\\%c", c);
-        else if (c == '\t')
+        } else if (c == '\t') {
             co_write_text(w, "\\t");
-        else if (c == '\r')
+        } else if (c == '\r') {
             co_write_text(w, "\\r");
-        else if ((c < 0x20 && c != '\n') || c == 0x7f)
+        } else if ((c < 0x20 && c != '\n') || c == 0x7f || step == 0) {
             fprintf(w->file, "\\x%02x", c);
-        else
+        } else {
             putc(c, w->file);
+        }
     }
     co_write_text(w, quotes);
 }
