@@ -33,7 +33,7 @@ typedef struct CoRay {
     float tnear;      // 0 unless the ray has passed a cut-out
     CoVec3 weight;    // path throughput; for light rays times f cos / pdf and the MIS weight
     float pdf;        // BSDF ray: solid-angle pdf; INFINITY = delta; 0 = no light sample was taken
-    CoVec3 normal;    // BSDF ray: normal of the vertex it left, quantised
+    CoVec3 normal;    // BSDF ray: normal of the vertex it left, quantized
     uint32_t emitter; // light ray: which
     uint32_t path;    // sample in round * pixels + pixel
     uint32_t kind, depth; // CoRayKind; segment number, the camera's is 1

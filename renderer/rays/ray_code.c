@@ -111,9 +111,9 @@ static bool is_same(CoVec3 a, CoVec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-// A decoded direction must encode to itself: shading evaluates with the quantised direction before
+// A decoded direction must encode to itself: shading evaluates with the quantized direction before
 // it stores the ray. Rounding to float moves a grid point by less than one step (0.8 at most), so
-// the code that decodes to v, if there is one, is the nearest or a neighbour of it.
+// the code that decodes to v, if there is one, is the nearest or a neighbor of it.
 static bool direction_encode(CoVec3 v, Oct *out)
 {
     if (!oct_nearest(v, DIRECTION_MAX, out))

@@ -1,5 +1,5 @@
 // Places on Hilbert curves, as state machines over the bits of a cell (Hamilton, Rau-Chaplin 2008).
-// Neighbours on the curve are neighbours in space, so that a piece of it is compact; a Morton curve
+// Neighbors on the curve are neighbors in space, so that a piece of it is compact; a Morton curve
 // jumps.
 
 #ifndef CO_SORT_HILBERT_H

@@ -8,6 +8,8 @@
 
 #define LEVELS_SHARED 6 // levels of the tree whose subsets are handed to workers one by one
 #define SELECT_SMALL 24
+#define SAMPLE_FROM 4096 // smaller subsets take the middle of three
+#define SAMPLE_MAX 63
 
 // Equal coordinates are common (axis-aligned walls, one pinhole), so the other coordinates decide
 // then: the order is total up to rays that are the same, and so are the groups.
@@ -44,24 +46,33 @@ static void insertion_sort(CoRayEntry *e, size_t count, int axis)
     }
 }
 
-// The middle one of three at places that no pattern in the input lines up with.
-static CoRayEntry pick_pivot(const CoRayEntry *e, size_t count, int axis)
+// A pivot from a sample at places that no pattern in the input lines up with. Its rank is a little
+// beyond k's, on the longer side, so that what remains after a partition is mostly the short side
+// (Floyd, Rivest 1975).
+static CoRayEntry pick_pivot(const CoRayEntry *e, size_t count, size_t k, int axis)
 {
-    uint64_t h = co_hash64(count);
-    const CoRayEntry *a = &e[h % count], *b = &e[(h >> 20) % count], *c = &e[(h >> 40) % count];
-    if (is_less(b, a, axis)) {
-        const CoRayEntry *t = a;
-        a = b;
-        b = t;
+    CoRayEntry sample[SAMPLE_MAX];
+    size_t n = count < SAMPLE_FROM ? 3 : SAMPLE_MAX;
+    uint64_t hash = co_hash64(count);
+    for (size_t i = 0; i < n; i++) {
+        sample[i] = e[hash % count];
+        hash = co_hash64(hash);
     }
-    return is_less(c, a, axis) ? *a : is_less(c, b, axis) ? *c : *b;
+    insertion_sort(sample, n, axis);
+    size_t rank = (size_t)((double)k / (double)count * (double)n);
+    size_t margin = n / 12;
+    if (k > count / 2)
+        rank = rank > margin ? rank - margin : 0;
+    else if (k < count / 2)
+        rank = rank + margin;
+    return sample[n == 3 ? 1 : rank < n ? rank : n - 1];
 }
 
 // Hoare's select: afterwards no entry of [0, k) is above one of [k, count).
 static void select_median(CoRayEntry *e, size_t count, size_t k, int axis)
 {
     while (k > 0 && count > SELECT_SMALL) {
-        CoRayEntry pivot = pick_pivot(e, count, axis);
+        CoRayEntry pivot = pick_pivot(e, count, k, axis);
         size_t i = 0, j = count - 1;
         for (;;) {
             while (is_less(&e[i], &pivot, axis))

@@ -5,14 +5,19 @@
 #include "base/parallel.h"
 #include "rays/ray_bin.h"
 
+#include <fcntl.h>
+#include <linux/magic.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/vfs.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -211,6 +216,50 @@ static void reset_forgets_the_round(void **state)
     co_ray_bins_destroy(bins);
 }
 
+// Writes the scratch files back and asks the system to forget their pages. False where it can't.
+static bool drop_scratch_pages(void)
+{
+    bool has_dropped = false;
+    for (int fd = 3; fd < 256; fd++) {
+        char link[64], target[256];
+        snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+        ssize_t length = readlink(link, target, sizeof target - 1);
+        if (length < 0)
+            continue;
+        target[length] = 0;
+        struct statfs info;
+        if (strstr(target, "cohort-scratch") && fstatfs(fd, &info) == 0 &&
+            info.f_type != TMPFS_MAGIC && fdatasync(fd) == 0)
+            has_dropped = posix_fadvise(fd, 0, 0, POSIX_FADV_DONTNEED) == 0;
+    }
+    return has_dropped;
+}
+
+static void batches_that_left_memory_are_read_back(void **state)
+{
+    (void)state;
+    const size_t capacity = 50000; // 1.8 MB: more than one step of paging in
+    CohortError err = {0};
+    CoRayBins *bins = co_ray_bins_create(capacity, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayRecords records;
+    CoRayBinStats stats;
+    push_serial(bins, 0, 2 * (uint32_t)capacity, 0);
+    assert_true(co_ray_bins_flush(bins, &err));
+    bool has_dropped = drop_scratch_pages();
+    for (uint32_t batch = 2; batch-- > 0;) {
+        assert_true(co_ray_bins_pop(bins, &records, &err));
+        for (uint32_t i = 0; i < capacity; i++)
+            assert_int_equal(records.words[i * CO_RAY_WORDS], batch * (uint32_t)capacity + i);
+        co_ray_bins_recycle(bins, &records);
+    }
+    co_ray_bins_stats(bins, &stats);
+    co_ray_bins_destroy(bins);
+    if (!has_dropped)
+        skip();
+    assert_true(stats.bytes_read > 0 && stats.bytes_read <= 2 * capacity * 36 + 8192);
+    assert_true(stats.wait_seconds > 0.0);
+}
+
 static void a_folder_that_cannot_be_used_is_an_error(void **state)
 {
     (void)state;
@@ -293,6 +342,7 @@ int main(void)
         cmocka_unit_test(newest_batch_first_and_files_are_reused),
         cmocka_unit_test(leftovers_are_drained_together),
         cmocka_unit_test(reset_forgets_the_round),
+        cmocka_unit_test(batches_that_left_memory_are_read_back),
         cmocka_unit_test(a_folder_that_cannot_be_used_is_an_error),
         cmocka_unit_test(a_full_disk_is_an_error_and_a_reset_gets_over_it),
         cmocka_unit_test(memory_failures_are_errors),

@@ -1,4 +1,4 @@
-// The ray record: direction error, fixed points of quantising, unbiased weights, every field.
+// The ray record: direction error, fixed points of quantizing, unbiased weights, every field.
 // COHORT_TEST_FULL in the environment runs the statistics at full length.
 
 #include "base/hash.h"
@@ -74,7 +74,7 @@ static void check_direction(CoVec3 d)
     assert_memory_equal(&again, &q, sizeof q);
 }
 
-static void directions_are_close_and_quantising_is_a_projection(void **state)
+static void directions_are_close_and_quantizing_is_a_projection(void **state)
 {
     (void)state;
     uint64_t random = 1;
@@ -329,7 +329,7 @@ static void rays_that_cannot_be_traced_are_marked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_are_close_and_quantising_is_a_projection),
+        cmocka_unit_test(directions_are_close_and_quantizing_is_a_projection),
         cmocka_unit_test(axes_borders_and_folds_are_exact_or_close),
         cmocka_unit_test(normals_and_pdfs_are_projected),
         cmocka_unit_test(weights_are_right_in_the_mean),

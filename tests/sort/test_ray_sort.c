@@ -102,7 +102,7 @@ static void content_stays_for_every_count(void **state)
 }
 
 // Every cell once, and each step goes to a cell that shares a side.
-static void hilbert_curves_visit_neighbours(void **state)
+static void hilbert_curves_visit_neighbors(void **state)
 {
     (void)state;
     static uint32_t cell[4096];
@@ -327,7 +327,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(content_stays_for_every_count),
-        cmocka_unit_test(hilbert_curves_visit_neighbours),
+        cmocka_unit_test(hilbert_curves_visit_neighbors),
         cmocka_unit_test(groups_are_coherent),
         cmocka_unit_test(exact_splits_at_the_median),
         cmocka_unit_test(threads_and_input_order_do_not_matter),
