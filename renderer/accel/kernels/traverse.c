@@ -68,19 +68,29 @@ typedef struct StackEntry {
     float entry;
 } StackEntry;
 
-// Puts the children of `bits` on the stack, the nearest last. Returns the new height.
-static inline uint32_t push_children(StackEntry *stack, uint32_t height, const CoWideNode *node,
-                                     uint32_t bits, const float entry[CO_NODE_WIDTH])
+// Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the nearest
+// of them last. Most nodes have one or two.
+static inline uint32_t descend(StackEntry *stack, uint32_t *height, const CoWideNode *node,
+                               uint32_t bits, const float entry[CO_NODE_WIDTH])
 {
-    uint32_t base = height;
+    uint32_t first = (uint32_t)__builtin_ctz(bits);
+    bits &= bits - 1;
+    if (!bits)
+        return node->child[first];
+    StackEntry nearest = {node->child[first], entry[first]};
+    uint32_t base = *height, top = base;
     for (; bits; bits &= bits - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(bits), at = height++;
-        StackEntry pushed = {node->child[i], entry[i]};
+        uint32_t i = (uint32_t)__builtin_ctz(bits), at = top++;
+        StackEntry other = {node->child[i], entry[i]};
+        bool is_nearer = other.entry < nearest.entry;
+        StackEntry pushed = is_nearer ? nearest : other;
+        nearest = is_nearer ? other : nearest;
         for (; at > base && stack[at - 1].entry < pushed.entry; at--)
             stack[at] = stack[at - 1];
         stack[at] = pushed;
     }
-    return height;
+    *height = top;
+    return nearest.ref;
 }
 
 // One ray through one mesh.
@@ -104,11 +114,10 @@ static void trace_mesh(Group *group, const Rays *rays, uint32_t j, const CoBvh *
             float to = float_min(rays->exit[j], group->best_t[slot]);
             uint32_t bits = slab_node(node, &slab, from, co_lane_set1(to), entry);
             group->stats->bottom_nodes++;
-            if (bits && !(bits & (bits - 1))) {
-                ref = node->child[__builtin_ctz(bits)];
+            if (bits) {
+                ref = descend(stack, &height, node, bits, entry);
                 continue;
             }
-            height = push_children(stack, height, node, bits, entry);
         }
         do {
             if (height == 0)
