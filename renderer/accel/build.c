@@ -80,14 +80,14 @@ static void plan_subtree(Collapse *collapse, size_t from)
     const CoBinaryNode *node = &collapse->binary[from];
     Plan *plan = &collapse->plans[from];
     float area = (float)(co_box_area(&node->box) * collapse->scale);
-    if (!node->right) {
+    if (!node->left) {
         for (int j = 1; j < CO_NODE_WIDTH; j++)
             plan->cost[j] = area * LEAF_COST;
         return;
     }
-    plan_subtree(collapse, from + 1);
-    plan_subtree(collapse, node->right);
-    const Plan *left = &collapse->plans[from + 1], *right = &collapse->plans[node->right];
+    plan_subtree(collapse, node->left);
+    plan_subtree(collapse, node->left + 1);
+    const Plan *left = &collapse->plans[node->left], *right = left + 1;
     float as_node = share_children(left, right, CO_NODE_WIDTH, &plan->left[CO_NODE_WIDTH]);
     plan->cost[1] = as_node + area * NODE_COST;
     for (int j = 2; j < CO_NODE_WIDTH; j++) {
@@ -105,14 +105,14 @@ static int list_children(const Collapse *collapse, size_t from, int j, int count
 {
     const CoBinaryNode *node = &collapse->binary[from];
     const Plan *plan = &collapse->plans[from];
-    while (node->right && j > 1 && plan->left[j] == 0)
+    while (node->left && j > 1 && plan->left[j] == 0)
         j--;
-    if (!node->right || j == 1) {
+    if (!node->left || j == 1) {
         children[count] = from;
         return count + 1;
     }
-    count = list_children(collapse, from + 1, plan->left[j], count, children);
-    return list_children(collapse, node->right, j - plan->left[j], count, children);
+    count = list_children(collapse, node->left, plan->left[j], count, children);
+    return list_children(collapse, node->left + 1, j - plan->left[j], count, children);
 }
 
 static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref);
@@ -120,7 +120,7 @@ static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref);
 static bool emit_child(Collapse *collapse, size_t from, uint32_t *ref)
 {
     const CoBinaryNode *node = &collapse->binary[from];
-    if (node->right)
+    if (node->left)
         return emit_node(collapse, from, ref);
     return collapse->rule->emit(collapse->rule->context, collapse->prims + node->first, node->count,
                                 ref, collapse->err);
@@ -156,32 +156,35 @@ static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref)
     return true;
 }
 
-bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoTree *out,
+static bool collapse_tree(const CoBinaryNode *binary, size_t binary_count, const CoBuildPrim *prims,
+                          const CoLeafRule *rule, CoTree *out, CohortError *err)
+{
+    size_t bytes = binary_count * sizeof(Plan);
+    Plan *plans = co_alloc(CO_MEMORY_ACCEL, bytes);
+    CO_CHECK_MEMORY(plans, err);
+    double area = co_box_area(&binary[0].box);
+    Collapse collapse = {binary, plans, prims, rule, out, err, area > 0.0 ? 1.0 / area : 0.0};
+    uint32_t root;
+    plan_subtree(&collapse, 0);
+    bool is_done = emit_node(&collapse, 0, &root);
+    co_free(CO_MEMORY_ACCEL, plans, bytes);
+    return is_done;
+}
+
+bool co_tree_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule, CoTree *out,
                    CohortError *err)
 {
     memset(out, 0, sizeof *out);
     co_box_empty(&out->box);
     if (count == 0)
         return true;
-    size_t binary_bytes = 0, plan_bytes = 0;
+    size_t bytes = 0;
     CoBinaryNode *binary = NULL;
-    Plan *plans = NULL;
-    if (co_size_mul(2 * count, sizeof *binary, &binary_bytes) &&
-        co_size_mul(2 * count, sizeof *plans, &plan_bytes)) {
-        binary = co_alloc(CO_MEMORY_ACCEL, binary_bytes);
-        plans = co_alloc(CO_MEMORY_ACCEL, plan_bytes);
-    }
-    bool is_done = binary && plans && co_binary_build(prims, count, rule, binary, err);
-    if (is_done) {
-        double area = co_box_area(&binary[0].box);
-        Collapse collapse = {binary, plans, prims, rule, out, err, area > 0.0 ? 1.0 / area : 0.0};
-        uint32_t root;
-        plan_subtree(&collapse, 0);
-        is_done = emit_node(&collapse, 0, &root);
-    } else if (!binary || !plans) {
-        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %zu things",
-                count);
-    }
+    if (co_size_mul(2 * (size_t)count, sizeof *binary, &bytes))
+        binary = co_alloc(CO_MEMORY_ACCEL, bytes);
+    CO_CHECK_MEMORY(binary, err);
+    size_t binary_count = co_binary_build(prims, count, rule, binary, err);
+    bool is_done = binary_count && collapse_tree(binary, binary_count, prims, rule, out, err);
     if (is_done) {
         void *nodes = out->nodes;
         co_tree_shrink(&nodes, &out->node_capacity, out->node_count, sizeof *out->nodes);
@@ -190,7 +193,6 @@ bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoT
     } else {
         co_tree_clear(out);
     }
-    co_free(CO_MEMORY_ACCEL, plans, plan_bytes);
-    co_free(CO_MEMORY_ACCEL, binary, binary_bytes);
+    co_free(CO_MEMORY_ACCEL, binary, bytes);
     return is_done;
 }

@@ -29,8 +29,9 @@ typedef struct CoLeafRule {
     size_t most; // prims of a leaf
 } CoLeafRule;
 
-// Builds a tree over prims [0, count), which are reordered. On failure *out is an empty tree.
-bool co_tree_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoTree *out,
+// Builds a tree over prims [0, count), count < 2^31, which are reordered. On failure *out is an
+// empty tree.
+bool co_tree_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule, CoTree *out,
                    CohortError *err);
 void co_tree_clear(CoTree *tree);
 
@@ -65,16 +66,16 @@ static inline double co_box_area(const CoBox *box)
     return d[0] < 0.0 ? 0.0 : d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
 }
 
-// A binary tree in the making. Children of node i over n prims, m of them left: i + 1 and i + 2 m,
-// so that subtrees know their places without asking each other.
+// A binary tree in the making. Node numbers depend on the threads' timing, the tree does not:
+// whoever walks it goes by its shape.
 typedef struct CoBinaryNode {
     CoBox box;
-    size_t first, count; // range of prims
-    size_t right;        // 0 for a leaf; the left child is the next node
+    uint32_t first, count; // range of prims
+    uint32_t left;         // 0 for a leaf; the right child is the next one
 } CoBinaryNode;
 
-// Fills nodes[0 .. 2 count - 2], of which unused ones stay untouched. count >= 1.
-bool co_binary_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoBinaryNode *nodes,
-                     CohortError *err);
+// Builds into nodes[0 .. 2 count - 2] and returns how many there are; 0 on failure. count >= 1.
+size_t co_binary_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule,
+                       CoBinaryNode *nodes, CohortError *err);
 
 #endif

@@ -5,6 +5,7 @@
 #include "base/parallel.h"
 
 #include <float.h>
+#include <stdatomic.h>
 
 enum {
     BIN_COUNT = 16,
@@ -156,13 +157,13 @@ static size_t partition(CoBuildPrim *prims, size_t count, const Binning *binning
 
 // One range of all prims, to become the subtree at `node`.
 typedef struct Task {
-    size_t first, count, node;
-    uint32_t depth;
+    uint32_t first, count, node, depth;
 } Task;
 
 typedef struct Builder {
     CoBuildPrim *prims;
     CoBinaryNode *nodes;
+    _Atomic uint32_t node_count;
     const CoLeafRule *rule;
     Task tasks[4 * TASK_COUNT];
     size_t task_count;
@@ -237,25 +238,27 @@ static bool split_task(Builder *builder, Task task, Task halves[2])
     CoBox centroids;
     node->first = task.first;
     node->count = task.count;
-    node->right = 0;
+    node->left = 0;
     measure(builder, prims, task.count, &node->box, &centroids);
     if (task.count <= builder->rule->most &&
         builder->rule->fits(builder->rule->context, prims, task.count))
         return false;
-    size_t left = 0;
+    uint32_t left = 0;
     if (task.depth < MEDIAN_DEPTH) {
         Binning binning = binning_over(&centroids);
         Bins bins;
         bin_range(builder, &binning, prims, task.count, &bins);
         Split split = split_best(&bins, &binning);
         if (split.axis >= 0)
-            left = partition(prims, task.count, &binning, split);
+            left = (uint32_t)partition(prims, task.count, &binning, split);
     }
     if (left == 0 || left == task.count)
         left = task.count / 2;
-    node->right = task.node + 2 * left;
-    halves[0] = (Task){task.first, left, task.node + 1, task.depth + 1};
-    halves[1] = (Task){task.first + left, task.count - left, node->right, task.depth + 1};
+    // Order does not matter: the numbers say nothing, and what is in the nodes is read after a
+    // join.
+    node->left = atomic_fetch_add_explicit(&builder->node_count, 2, memory_order_relaxed);
+    halves[0] = (Task){task.first, left, node->left, task.depth + 1};
+    halves[1] = (Task){task.first + left, task.count - left, node->left + 1, task.depth + 1};
     return true;
 }
 
@@ -278,9 +281,9 @@ static void build_tasks(void *context, size_t begin, size_t end, uint32_t worker
 
 // Splits ranges until they are small or many: the largest first, by one thread, with parallel
 // passes.
-static void open_tasks(Builder *builder, size_t count)
+static void open_tasks(Builder *builder, uint32_t count)
 {
-    size_t small = count / TASK_COUNT < TASK_SIZE_MIN ? TASK_SIZE_MIN : count / TASK_COUNT;
+    uint32_t small = count / TASK_COUNT < TASK_SIZE_MIN ? TASK_SIZE_MIN : count / TASK_COUNT;
     builder->tasks[0] = (Task){0, count, 0, 0};
     builder->task_count = 1;
     for (size_t i = 0; i < builder->task_count;) {
@@ -296,27 +299,28 @@ static void open_tasks(Builder *builder, size_t count)
     }
 }
 
-bool co_binary_build(CoBuildPrim *prims, size_t count, const CoLeafRule *rule, CoBinaryNode *nodes,
-                     CohortError *err)
+size_t co_binary_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule,
+                       CoBinaryNode *nodes, CohortError *err)
 {
     uint32_t workers = co_worker_count();
     size_t bins_size = workers * sizeof(Bins), boxes_size = 2 * workers * sizeof(CoBox);
+    size_t node_count = 0;
     Builder *builder = co_alloc(CO_MEMORY_ACCEL, sizeof *builder);
     Bins *bins = co_alloc(CO_MEMORY_ACCEL, bins_size);
     CoBox *boxes = co_alloc(CO_MEMORY_ACCEL, boxes_size);
-    bool is_ready = builder && bins && boxes;
-    if (is_ready) {
+    if (builder && bins && boxes) {
         *builder = (Builder){.prims = prims, .nodes = nodes, .rule = rule};
+        atomic_init(&builder->node_count, 1);
         builder->worker_bins = bins;
         builder->worker_boxes = boxes;
         open_tasks(builder, count);
         co_parallel_for(builder->task_count, 1, build_tasks, builder);
+        node_count = atomic_load(&builder->node_count);
     } else {
-        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %zu things",
-                count);
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u things", count);
     }
     co_free(CO_MEMORY_ACCEL, boxes, boxes_size);
     co_free(CO_MEMORY_ACCEL, bins, bins_size);
     co_free(CO_MEMORY_ACCEL, builder, sizeof *builder);
-    return is_ready;
+    return node_count;
 }

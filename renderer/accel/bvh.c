@@ -110,6 +110,8 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
 
 CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
 {
+    CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
+                  "a mesh of more than 2^31 - 2 triangles; split the mesh");
     CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
     size_t bytes = mesh->tri_count * sizeof(CoBuildPrim);
     CoBuildPrim *prims = co_alloc(CO_MEMORY_ACCEL, bytes);

@@ -70,10 +70,10 @@ static uint64_t object_paths(const CoObject *object)
 }
 
 // Numbers the paths, measures the depth and lists what has a box.
-static size_t survey(CoTop *top, const CoInstance *instances, const CoObject *objects,
-                     CoBuildPrim *prims)
+static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *objects,
+                       CoBuildPrim *prims)
 {
-    size_t used = 0;
+    uint32_t used = 0;
     top->depth = 1;
     for (uint32_t i = 0; i < top->count; i++) {
         const CoObject *object = &objects[instances[i].object];
@@ -109,7 +109,7 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
     }
     if (is_built) {
         CoLeafRule rule = {single_fits, emit_instance, NULL, 1};
-        size_t used = survey(top, instances, objects, prims);
+        uint32_t used = survey(top, instances, objects, prims);
         is_built = top->depth <= CO_GROUP_DEPTH_MAX;
         if (is_built)
             is_built = co_tree_build(prims, used, &rule, &top->tree, err);

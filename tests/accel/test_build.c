@@ -90,7 +90,7 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
     return deepest + 1;
 }
 
-static void build_and_check(CoBuildPrim *prims, size_t count)
+static void build_and_check(CoBuildPrim *prims, uint32_t count)
 {
     CoBuildPrim *by_id = malloc((count + 1) * sizeof *by_id);
     memcpy(by_id, prims, count * sizeof *by_id);
@@ -120,7 +120,7 @@ static void build_and_check(CoBuildPrim *prims, size_t count)
 static void trees_hold_everything_once(void **state)
 {
     (void)state;
-    const size_t counts[] = {0, 1, 2, 4, 5, 9, 100, 3000, 70000};
+    const uint32_t counts[] = {0, 1, 2, 4, 5, 9, 100, 3000, 70000};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
         CoBuildPrim *prims = random_prims(counts[k], 0.1f, k);
         build_and_check(prims, counts[k]);
