@@ -44,6 +44,19 @@ static uint32_t find_instance(const CoTop *top, uint32_t path)
     return low;
 }
 
+uint32_t co_accel_path_object(const CoAccelScene *scene, uint32_t instance)
+{
+    uint32_t id = scene->root;
+    const CoObject *object = &scene->objects[id];
+    while (!object->mesh && object->top && object->top->count) {
+        uint32_t index = find_instance(object->top, instance);
+        instance -= object->top->first_path[index];
+        id = object->instances[index].object;
+        object = &scene->objects[id];
+    }
+    return id;
+}
+
 void co_accel_placement(const CoAccelScene *scene, uint32_t instance, CoPlacement *out)
 {
     const CoObject *object = &scene->objects[scene->root];

@@ -90,14 +90,8 @@ void co_color_destroy(CoColor *color)
 
 static void set_matrix(Route *route, const CoRgbSpace *from, const CoRgbSpace *to)
 {
-    double to_xyz[9], from_xyz[9], target[9], m[9];
-    co_rgb_space_to_xyz(from, to_xyz);
-    co_rgb_space_to_xyz(to, target);
-    co_matrix3_invert(target, from_xyz);
-    co_matrix3_mul(from_xyz, to_xyz, m);
-    route->has_matrix = strcmp(from->name, to->name) != 0;
-    for (int i = 0; i < 9; i++)
-        route->matrix[i] = (float)m[i];
+    route->has_matrix = memcmp(from->xy, to->xy, sizeof from->xy) != 0;
+    co_rgb_space_matrix(from, to, route->matrix);
 }
 
 // A space of the config, into the config's rendering space or one of USD's.
@@ -166,13 +160,6 @@ static const Route *find_route(CoColor *color, const char *space, CohortError *e
     return route;
 }
 
-static void apply_matrix(const float m[9], float *p)
-{
-    float r = p[0], g = p[1], b = p[2];
-    for (int i = 0; i < 3; i++)
-        p[i] = m[3 * i] * r + m[3 * i + 1] * g + m[3 * i + 2] * b;
-}
-
 bool co_color_to_rendering(void *cookie, const char *space, float *pixels, size_t count,
                            CohortError *err)
 {
@@ -187,13 +174,13 @@ bool co_color_to_rendering(void *cookie, const char *space, float *pixels, size_
         for (int c = 0; c < 3 && route->curve; c++)
             p[c] = co_rgb_space_decode(route->curve, p[c]);
         if (route->has_matrix && (route->matrix_first || !route->processor))
-            apply_matrix(route->matrix, p);
+            co_rgb_matrix_apply(route->matrix, p);
     }
     if (route->processor && !co_ocio_apply(route->processor, pixels, count, err))
         return false;
     for (size_t i = 0; i < count && route->processor && route->has_matrix && !route->matrix_first;
          i++)
-        apply_matrix(route->matrix, &pixels[4 * i]);
+        co_rgb_matrix_apply(route->matrix, &pixels[4 * i]);
     return true;
 }
 

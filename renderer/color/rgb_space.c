@@ -116,6 +116,24 @@ void co_rgb_space_to_xyz(const CoRgbSpace *space, double out[9])
     co_matrix3_mul(adapt, plain, out);
 }
 
+void co_rgb_space_matrix(const CoRgbSpace *from, const CoRgbSpace *to, float out[9])
+{
+    double to_xyz[9], from_xyz[9], target[9], m[9];
+    co_rgb_space_to_xyz(from, to_xyz);
+    co_rgb_space_to_xyz(to, target);
+    co_matrix3_invert(target, from_xyz);
+    co_matrix3_mul(from_xyz, to_xyz, m);
+    for (int i = 0; i < 9; i++)
+        out[i] = (float)m[i];
+}
+
+void co_rgb_matrix_apply(const float m[9], float *rgb)
+{
+    float r = rgb[0], g = rgb[1], b = rgb[2];
+    for (int i = 0; i < 3; i++)
+        rgb[i] = m[3 * i] * r + m[3 * i + 1] * g + m[3 * i + 2] * b;
+}
+
 float co_rgb_space_decode(const CoRgbSpace *space, float value)
 {
     float x = fabsf(value), y = x;

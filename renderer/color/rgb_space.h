@@ -30,6 +30,10 @@ void co_rgb_space_to_xyz(const CoRgbSpace *space, double out[9]);
 void co_matrix3_mul(const double a[9], const double b[9], double out[9]);
 bool co_matrix3_invert(const double a[9], double out[9]);
 
+// Row-major linear RGB of one space -> linear RGB of another, and its use on three floats in place.
+void co_rgb_space_matrix(const CoRgbSpace *from, const CoRgbSpace *to, float out[9]);
+void co_rgb_matrix_apply(const float m[9], float *rgb);
+
 // Decodes one channel to linear. Negative values mirror.
 float co_rgb_space_decode(const CoRgbSpace *space, float value);
 

@@ -20,17 +20,18 @@ float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emi
 typedef struct Collector {
     CohortRender *render;
     const CoRay *ray;
-    CoVec3 sum;
 } Collector;
 
 static void collect(void *context, const CoLightHit *hit)
 {
     Collector *c = context;
-    CoVec3 light = co_mul(c->ray->weight, hit->radiance);
+    float share = co_mis_emission(c->render, c->ray, hit->emitter);
+    if (c->ray->kind != CO_RAY_CAMERA)
+        share *= hit->diffuse;
+    CoVec3 light = co_scale(co_mul(c->ray->weight, hit->radiance), share);
     uint32_t pixel, sample;
     co_path_split(c->render, c->ray->path, &pixel, &sample);
-    co_film_add_color(c->render->film, pixel, sample,
-                      co_scale(light, co_mis_emission(c->render, c->ray, hit->emitter)));
+    co_film_add_color(c->render->film, pixel, sample, light);
 }
 
 static void end_light_ray(CohortRender *render, const CoRay *ray, CoWorkerCounts *counts)
@@ -71,7 +72,7 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
         if (!is_hit || b->occlusion[i])
             return false;
     } else if (!hides_lights(render, &ray)) {
-        Collector collector = {render, &ray, {0}};
+        Collector collector = {render, &ray};
         co_light_collect(render->scene->lights, ray.org, ray.dir, ray.tnear, t, collect,
                          &collector);
     }

@@ -112,6 +112,7 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
         if (!compile_lookup(scene, m, &desc->lookups[i], &m->lookups[i], err))
             return false;
     m->lookup_count = (uint32_t)desc->lookup_count;
+    m->is_lambert = desc->lambert;
     m->use_specular_workflow = desc->use_specular_workflow;
     m->opacity_presence = desc->opacity_presence;
     m->opacity_threshold = desc->opacity_threshold;
@@ -141,7 +142,8 @@ bool cohort_scene_set_material(CohortScene *scene, uint32_t material, const Coho
 }
 
 // Half the footprint's diameter on the surface, brought into texture coordinates along dpds and across.
-static void footprint(const CoTexCoord *tc, float width, const float m[2][3], CoLookup *out)
+// m: 2x3 texture transform, row-major.
+static void footprint(const CoTexCoord *tc, float width, const float *m, CoLookup *out)
 {
     float e = co_dot(tc->dpds, tc->dpds), f = co_dot(tc->dpds, tc->dpdt),
           g = co_dot(tc->dpdt, tc->dpdt);
@@ -155,13 +157,13 @@ static void footprint(const CoTexCoord *tc, float width, const float m[2][3], Co
     CoVec3 b = co_normalize(co_sub(tc->dpdt, co_scale(a, co_dot(tc->dpdt, a))));
     float as = co_dot(grad_s, a) * width, at = co_dot(grad_t, a) * width;
     float bs = co_dot(grad_s, b) * width, bt = co_dot(grad_t, b) * width;
-    out->ds0 = m[0][0] * as + m[0][1] * at;
-    out->dt0 = m[1][0] * as + m[1][1] * at;
-    out->ds1 = m[0][0] * bs + m[0][1] * bt;
-    out->dt1 = m[1][0] * bs + m[1][1] * bt;
+    out->ds0 = m[0] * as + m[1] * at;
+    out->dt0 = m[3] * as + m[4] * at;
+    out->ds1 = m[0] * bs + m[1] * bt;
+    out->dt1 = m[3] * bs + m[4] * bt;
 }
 
-static const float identity[2][3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}};
+static const float identity[6] = {1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f};
 
 void co_material_lookup(const CohortScene *scene, const CoLookupSource *source, const CoMesh *mesh,
                         uint32_t tri, float u, float v, const CoSurface *surface, float width,
@@ -177,13 +179,13 @@ void co_material_lookup(const CohortScene *scene, const CoLookupSource *source, 
         footprint(&tc, width, identity, out);
         return;
     }
-    CoTexCoord tc = {source->st_fallback[0], source->st_fallback[1], {0}, {0}};
+    CoTexCoord tc = {.s = source->st_fallback[0], .t = source->st_fallback[1]};
     int primvar = co_mesh_primvar_find(mesh, source->st_primvar);
     if (primvar >= 0)
         co_mesh_texcoord(mesh, primvar, tri, u, v, &tc);
     out->s = source->m[0][0] * tc.s + source->m[0][1] * tc.t + source->m[0][2];
     out->t = source->m[1][0] * tc.s + source->m[1][1] * tc.t + source->m[1][2];
-    footprint(&tc, width, source->m, out);
+    footprint(&tc, width, source->m[0], out);
 }
 
 static void input_value(const CoInputSource *source, const CoMaterial *material,

@@ -11,9 +11,6 @@
 
 #define TAG CO_MEMORY_RAYS
 
-// Rounds double until one takes about this long.
-#define ROUND_SECONDS 10.0
-
 // Scenes whose geometry and trees fit the caches trace as fast unsorted: sorting is skipped.
 #define SORT_PAYS_BYTES ((uint64_t)24 << 20)
 
@@ -80,34 +77,33 @@ static bool fit_memory(CohortRender *r, CohortError *err)
     return true;
 }
 
-static bool alloc_fields(CoActiveBatch *b, size_t n)
+static bool alloc_batch(CoActiveBatch *b, size_t n, CohortError *err)
 {
-    bool ok = true;
-#define ALLOC_RAY(type, name) ok = (b->rays.name = co_alloc(TAG, n * sizeof(type))) != NULL && ok;
-    CO_RAY_FIELDS(ALLOC_RAY)
-#undef ALLOC_RAY
-#define ALLOC_HIT(type, name) ok = (b->hits.name = co_alloc(TAG, n * sizeof(type))) != NULL && ok;
-    CO_HIT_FIELDS(ALLOC_HIT)
-#undef ALLOC_HIT
+    b->capacity = n;
     b->occlusion = co_alloc(TAG, n);
     b->hit_records = co_alloc(TAG, n * sizeof *b->hit_records);
     b->hit_sorted = co_alloc(TAG, n * sizeof *b->hit_sorted);
-    b->capacity = b->rays.capacity = b->hits.capacity = n;
-    return ok && b->occlusion && b->hit_records && b->hit_sorted;
+    b->hit_object = co_alloc(TAG, n * sizeof *b->hit_object);
+    b->hit_tri = co_alloc(TAG, n * sizeof *b->hit_tri);
+    b->hit_order = co_alloc(TAG, n * sizeof *b->hit_order);
+    CO_CHECK(b->occlusion && b->hit_records && b->hit_sorted && b->hit_object && b->hit_tri &&
+                 b->hit_order, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory for a batch of %zu rays: use a smaller --batch", n);
+    return co_ray_batch_reserve(&b->rays, n, err) && co_hit_batch_reserve(&b->hits, n, err);
 }
 
-static void free_fields(CoActiveBatch *b)
+static void free_batch(CoActiveBatch *b)
 {
     size_t n = b->capacity;
-#define FREE_RAY(type, name) co_free(TAG, b->rays.name, n * sizeof(type));
-    CO_RAY_FIELDS(FREE_RAY)
-#undef FREE_RAY
-#define FREE_HIT(type, name) co_free(TAG, b->hits.name, n * sizeof(type));
-    CO_HIT_FIELDS(FREE_HIT)
-#undef FREE_HIT
+    co_ray_batch_clear(&b->rays);
+    co_hit_batch_clear(&b->hits);
     co_free(TAG, b->occlusion, n);
     co_free(TAG, b->hit_records, n * sizeof *b->hit_records);
     co_free(TAG, b->hit_sorted, n * sizeof *b->hit_sorted);
+    co_free(TAG, b->hit_object, n * sizeof *b->hit_object);
+    co_free(TAG, b->hit_tri, n * sizeof *b->hit_tri);
+    co_free(TAG, b->hit_order, n * sizeof *b->hit_order);
+    co_sort_scratch_clear(&b->sort_scratch);
     co_free(CO_MEMORY_TEXTURE, b->lookups, b->lookup_capacity * sizeof *b->lookups);
     co_free(CO_MEMORY_TEXTURE, b->texels, b->lookup_capacity * sizeof *b->texels);
 }
@@ -121,7 +117,7 @@ static int film_exponent(const CohortScene *scene)
     for (uint32_t i = 0; i < scene->material_count; i++)
         for (int k = 0; k < 3; k++)
             brightest = fmaxf(brightest, scene->materials[i].inputs[CO_INPUT_EMISSIVE].value[k]);
-    return isfinite(brightest) ? ilogbf(brightest) + 1 : 127;
+    return isfinite(brightest) ? (int)co_clamp((float)ilogbf(brightest) + 1.0f, 0.0f, 120.0f) : 120;
 }
 
 static void choose_sort(CohortRender *r)
@@ -157,9 +153,7 @@ static bool create_parts(CohortRender *r, CohortError *err)
     r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->scratch, err);
     if (!r->bins)
         return false;
-    CO_CHECK(alloc_fields(&r->batch, s->batch), err, COHORT_ERROR_OUT_OF_MEMORY,
-             "out of memory for a batch of %u rays: use a smaller --batch", s->batch);
-    return true;
+    return alloc_batch(&r->batch, s->batch, err);
 }
 
 CohortRender *cohort_render_create(const CohortScene *scene, const CohortRenderSettings *settings,
@@ -194,7 +188,7 @@ void cohort_render_destroy(CohortRender *r)
         return;
     co_ray_bins_destroy(r->bins);
     co_film_destroy(r->film);
-    free_fields(&r->batch);
+    free_batch(&r->batch);
     co_free(TAG, r->workers, r->worker_count * sizeof *r->workers);
     if (r->scratch)
         co_free(TAG, r->scratch, strlen(r->scratch) + 1);
@@ -203,25 +197,21 @@ void cohort_render_destroy(CohortRender *r)
 
 void cohort_render_cancel(CohortRender *r)
 {
-    atomic_store(&r->cancel, 1);
+    __atomic_store_n(&r->cancel, 1, __ATOMIC_RELAXED);
 }
 
-// Samples of the next round: 1, 1, 2, 4, ... until a round takes its time, within the target, the time
-// limit and 2^32 paths.
+// Samples of the next round, within what is left of the time limit.
 static uint32_t next_round(const CohortRender *r)
 {
-    uint64_t done = r->samples_done, want = done ? done : 1;
-    if (r->rounds > 1 && r->last_round_seconds > 0.0) {
-        double per_sample = r->last_round_seconds / (double)r->round_samples;
-        double seconds = ROUND_SECONDS;
-        if (r->settings.time_limit_seconds > 0.0)
-            seconds = fmin(seconds, r->settings.time_limit_seconds - r->spent_seconds);
-        uint64_t fits = seconds > per_sample ? (uint64_t)(seconds / per_sample) : 1;
-        want = want < fits ? want : fits;
+    uint32_t last = r->rounds ? r->round_samples : 0;
+    uint64_t want = co_schedule_round(r->samples_done, r->settings.spp, r->pixels, last,
+                                      r->last_round_seconds);
+    double limit = r->settings.time_limit_seconds;
+    if (limit > 0.0 && last > 0 && r->last_round_seconds > 0.0) {
+        double fits = (limit - r->spent_seconds) * (double)last / r->last_round_seconds;
+        want = fits < (double)want ? (uint64_t)fmax(fits, 1.0) : want;
     }
-    uint64_t left = r->settings.spp - done, most = UINT32_MAX / r->pixels;
-    want = want < left ? want : left;
-    return (uint32_t)(want < most ? want : most);
+    return (uint32_t)want;
 }
 
 static void note_progress(CohortRender *r)
@@ -243,36 +233,46 @@ double cohort_render_progress(const CohortRender *r)
 
 static bool process_batch(CohortRender *r, CohortError *err)
 {
-    bool ok = co_stage_trace(r, err) && co_stage_ends(r, err) && co_stage_request(r, err) &&
-              co_stage_shade(r, err);
+    bool ok = co_stage_trace(r, err) && co_stage_ends(r, err) && co_stage_request(r, err);
+    if (ok)
+        co_stage_shade(r);
     co_ray_bins_recycle(r->bins, &r->batch.records);
-    CO_CHECK(!atomic_load(&r->cancel), err, COHORT_ERROR_CANCELLED, "the render was stopped");
     return ok;
 }
 
-// Newest full batch first; camera rays only when none waits; what is left at the end together.
+static void make_camera_rays(CohortRender *r, uint64_t paths)
+{
+    double start = co_clock_seconds();
+    uint64_t left = paths - r->camera_next;
+    co_stage_camera(r, left < r->settings.batch ? (size_t)left : r->settings.batch);
+    r->seconds_camera += co_clock_seconds() - start;
+    note_progress(r);
+}
+
 static bool run_round(CohortRender *r, CohortError *err)
 {
     uint64_t paths = (uint64_t)r->round_samples * r->pixels;
     for (;;) {
-        bool is_ready = co_ray_bins_pop(r->bins, &r->batch.records, err);
-        if (!is_ready && !co_ray_bins_ok(r->bins, err))
+        CoScheduleStep step =
+            co_schedule_next(r->bins, r->camera_next < paths, &r->batch.records, err);
+        if (step == CO_SCHEDULE_DONE || step == CO_SCHEDULE_FAILED)
+            return step == CO_SCHEDULE_DONE;
+        if (step == CO_SCHEDULE_CAMERA)
+            make_camera_rays(r, paths);
+        else if (!process_batch(r, err))
             return false;
-        if (!is_ready && r->camera_next < paths) {
-            double start = co_clock_seconds();
-            uint64_t left = paths - r->camera_next;
-            co_stage_camera(r, left < r->settings.batch ? (size_t)left : r->settings.batch);
-            r->seconds_camera += co_clock_seconds() - start;
-            note_progress(r);
-            CO_CHECK(!atomic_load(&r->cancel), err, COHORT_ERROR_CANCELLED,
-                     "the render was stopped");
-            continue;
-        }
-        if (!is_ready && !co_ray_bins_drain(r->bins, &r->batch.records, err))
-            return co_ray_bins_ok(r->bins, err);
-        if (!process_batch(r, err))
-            return false;
+        CO_CHECK(!co_render_is_cancelled(r), err, COHORT_ERROR_CANCELLED, "the render was stopped");
     }
+}
+
+static uint64_t committed_rays(const CohortRender *r)
+{
+    CoRayBinStats stats;
+    co_ray_bins_stats(r->bins, &stats);
+    uint64_t sum = 0;
+    for (int i = 0; i < CO_RAY_BINS; i++)
+        sum += stats.committed[i];
+    return sum;
 }
 
 static void add_counts(CoWorkerCounts *sum, const CoWorkerCounts *w)
@@ -305,7 +305,7 @@ static bool settle_counts(CohortRender *r, uint64_t committed_before, CohortErro
     memset(r->workers, 0, r->worker_count * sizeof *r->workers);
     add_counts(&r->total, &round);
     uint64_t made = round.made[0] + round.made[1] + round.made[2];
-    uint64_t committed = co_ray_bins_committed(r->bins) - committed_before;
+    uint64_t committed = committed_rays(r) - committed_before;
     uint64_t ended = round.hit + round.miss + round.blocked + round.invalid;
     CO_CHECK(made == committed && committed == round.traced && committed == ended, err,
              COHORT_ERROR_INTERNAL,
@@ -321,9 +321,9 @@ bool cohort_render_round(CohortRender *r, CohortError *err)
         return true;
     double start = co_clock_seconds();
     co_worker_count_set(r->worker_count);
-    atomic_store(&r->cancel, 0);
+    __atomic_store_n(&r->cancel, 0, __ATOMIC_RELAXED);
     uint32_t previous = r->round_samples;
-    uint64_t committed = co_ray_bins_committed(r->bins);
+    uint64_t committed = committed_rays(r);
     r->round_samples = next_round(r);
     r->camera_next = 0;
     bool ok = run_round(r, err) && settle_counts(r, committed, err) &&
@@ -332,7 +332,7 @@ bool cohort_render_round(CohortRender *r, CohortError *err)
     r->spent_seconds += seconds;
     if (!ok) {
         co_film_revert(r->film);
-        co_ray_bins_clear(r->bins);
+        co_ray_bins_reset(r->bins);
         memset(r->workers, 0, r->worker_count * sizeof *r->workers);
         r->round_samples = previous;
         return false;

@@ -11,8 +11,10 @@
 #include "cohort/render.h"
 #include "film/film.h"
 #include "integrate/scene_data.h"
-#include "rays/ray_bin.h"
+#include "rays/ray_batch.h"
+#include "rays/schedule.h"
 #include "sample/sample.h"
+#include "sort/radix.h"
 
 #include <stdatomic.h>
 
@@ -42,6 +44,8 @@ typedef struct CoActiveBatch {
     uint8_t *occlusion;       // [capacity]
     CoHitRecord *hit_records; // [capacity], in ray order, then in shading order
     CoHitRecord *hit_sorted;  // [capacity]
+    uint32_t *hit_object, *hit_tri, *hit_order; // [capacity] keys and result of the hit sort
+    CoSortScratch sort_scratch;
     size_t hit_count;
     size_t capacity;
     CoLookup *lookups; // [lookup_count]
@@ -77,7 +81,7 @@ struct CohortRender {
     double mean_error;
     bool is_noise_reached;
     _Atomic double progress;
-    atomic_int cancel;
+    volatile int cancel; // set by any thread, through co_render_is_cancelled's atomics
 };
 
 // A worker's way of making rays: encodes and pushes them, counting.
@@ -86,6 +90,11 @@ typedef struct CoEmitter {
     uint32_t worker;
 } CoEmitter;
 void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key);
+
+static inline bool co_render_is_cancelled(const CohortRender *render)
+{
+    return __atomic_load_n(&render->cancel, __ATOMIC_RELAXED) != 0;
+}
 
 // Pixel and absolute sample of a path id of the open round.
 static inline void co_path_split(const CohortRender *render, uint32_t path, uint32_t *pixel,
@@ -117,6 +126,6 @@ void co_stage_camera(CohortRender *render, size_t count);
 bool co_stage_trace(CohortRender *render, CohortError *err);
 bool co_stage_ends(CohortRender *render, CohortError *err);
 bool co_stage_request(CohortRender *render, CohortError *err);
-bool co_stage_shade(CohortRender *render, CohortError *err);
+void co_stage_shade(CohortRender *render);
 
 #endif

@@ -1,9 +1,13 @@
 // What a render gives away: AOVs, statistics, and its film for another day.
 
+#include "cohort/image.h"
 #include "integrate/render_data.h"
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "shims/ocio.h"
+#include "shims/osd.h"
+#include "shims/png.h"
 
 uint32_t cohort_aov_components(CohortAov aov)
 {
@@ -44,7 +48,7 @@ static void bin_stats(const CohortRender *r, CohortRenderStats *out)
     co_ray_bins_stats(r->bins, &bins);
     for (int i = 0; i < 6; i++)
         out->batches[i] = bins.batches[i];
-    out->batches_drained = bins.batches_drained;
+    out->batches_drained = bins.drained;
     out->ready_depth_peak = bins.ready_depth_peak;
     out->bytes_written = bins.bytes_written;
     out->bytes_read = bins.bytes_read;
@@ -104,4 +108,14 @@ bool cohort_render_resume(CohortRender *r, const char *path, uint64_t stage_hash
     r->samples_done = co_film_samples(r->film);
     r->mean_error = co_film_mean_error(r->film);
     return true;
+}
+
+void cohort_library_versions(CohortLibraryVersions *out)
+{
+    const CoAccelKernels *kernels = co_accel_kernels(NULL);
+    out->opensubdiv = co_osd_version();
+    out->openimageio = co_oiio_version();
+    out->opencolorio = co_ocio_version();
+    out->openexr = cohort_exr_library_version();
+    out->isa = kernels ? kernels->isa : "none";
 }

@@ -2,30 +2,44 @@
 
 #include "integrate/vertex.h"
 
+#include "accel/paths.h"
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sort/hit_sort.h"
 
-// Hits are grouped by mesh, then by triangle, which is face order (Eisenacher et al. 2013, 3.2).
 static void name_objects(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
-    for (size_t i = begin; i < end; i++)
-        b->hit_records[i].object = co_accel_path_object(&render->scene->accel,
-                                                        b->hit_records[i].instance);
+    for (size_t i = begin; i < end; i++) {
+        CoHitRecord *hit = &b->hit_records[i];
+        hit->object = co_accel_path_object(&render->scene->accel, hit->instance);
+        b->hit_object[i] = hit->object;
+        b->hit_tri[i] = hit->tri;
+        b->hit_order[i] = (uint32_t)i;
+    }
 }
 
+static void gather_sorted(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    CoActiveBatch *b = context;
+    for (size_t i = begin; i < end; i++)
+        b->hit_sorted[i] = b->hit_records[b->hit_order[i]];
+}
+
+// Hits are grouped by mesh, then by triangle, which is face order (Eisenacher et al. 2013, 3.2).
 static bool sort_hits(CohortRender *render, CohortError *err)
 {
     CoActiveBatch *b = &render->batch;
     co_parallel_for(b->hit_count, 8192, name_objects, render);
     if (!render->sorts_hits)
         return true;
-    if (!co_sort_hits(b->hit_records, b->hit_sorted, b->hit_count, err))
+    if (!co_sort_hits(b->hit_object, b->hit_tri, b->hit_order, b->hit_count, &b->sort_scratch, err))
         return false;
+    co_parallel_for(b->hit_count, 16384, gather_sorted, b);
     CoHitRecord *sorted = b->hit_sorted;
     b->hit_sorted = b->hit_records;
     b->hit_records = sorted;

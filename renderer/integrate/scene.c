@@ -263,6 +263,24 @@ bool cohort_scene_set_camera(CohortScene *scene, const CohortCameraDesc *desc, C
     return true;
 }
 
+CohortLightDesc cohort_light_default(CohortLightType type)
+{
+    CohortLightDesc desc = {.type = type,
+                            .color = {1.0f, 1.0f, 1.0f},
+                            .intensity = type == COHORT_LIGHT_DISTANT ? 50000.0f : 1.0f,
+                            .color_temperature = 6500.0f,
+                            .diffuse = 1.0f,
+                            .specular = 1.0f,
+                            .width = 1.0f,
+                            .height = 1.0f,
+                            .radius = 0.5f,
+                            .angle_degrees = 0.53f,
+                            .shaping_cone_angle_degrees = 90.0f};
+    for (int i = 0; i < 4; i++)
+        desc.transform[i][i] = 1.0;
+    return desc;
+}
+
 uint32_t cohort_scene_new_light(CohortScene *scene, CohortError *err)
 {
     if (!co_scene_grow((void **)&scene->light_descs, &scene->light_capacity, scene->light_count,

@@ -80,7 +80,7 @@ typedef struct CoMaterial {
     CoLookupSource lookups[CO_MATERIAL_LOOKUPS_MAX];
     uint32_t lookup_count;
     float opacity_threshold;
-    bool use_specular_workflow, opacity_presence;
+    bool is_lambert, use_specular_workflow, opacity_presence;
     bool may_pass;   // opacity below one is possible: rays may go straight through
     bool has_normal; // the normal input is connected
 } CoMaterial;

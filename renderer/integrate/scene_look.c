@@ -127,6 +127,9 @@ static bool build_lights(CohortScene *scene, CohortLightDesc *descs, CohortError
 {
     for (uint32_t i = 0; i < scene->light_count; i++) {
         descs[i] = scene->light_descs[i];
+        const char *problem = descs[i].hidden ? NULL : co_light_problem(&descs[i]);
+        if (problem)
+            co_scene_warn(scene, COHORT_SEVERITY_WARNING, descs[i].path, problem);
         if (descs[i].hidden || !descs[i].texture_file)
             continue;
         read_light_image(scene, &descs[i], &scene->light_images[i]);

@@ -3,7 +3,7 @@
 #include "integrate/vertex.h"
 
 #include "base/clock.h"
-#include "base/error.h"
+#include "base/hash.h"
 #include "base/parallel.h"
 
 // A BSDF ray's cone: half angle of the solid angle 1 / pdf, times this. Narrow enough that blurred
@@ -11,8 +11,8 @@
 // bounce (docs/architecture.md, "Footprints").
 #define SPREAD_PER_ROOT_PDF 0.15f
 
-// Segments from here on are subject to Russian roulette.
-enum { ROULETTE_DEPTH = 4 };
+// Segments beyond a default path are subject to Russian roulette.
+enum { ROULETTE_DEPTH = 7 };
 
 typedef struct ShadeContext {
     CohortRender *render;
@@ -38,14 +38,13 @@ void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key)
 {
     CohortRender *render = emitter->render;
     CoWorkerCounts *counts = &render->workers[emitter->worker];
-    uint32_t words[4 * CO_RAY_WORDS_MAX], overflow = 0;
-    uint32_t n = co_ray_encode(ray, render->ray_options, key, words, &overflow);
+    uint32_t words[CO_RAY_WORDS_MAX], overflow = 0;
+    bool is_kept = co_ray_encode(ray, render->ray_options, key, words, &overflow) > 0;
     counts->overflows += overflow;
-    counts->underflows += n == 0;
-    counts->made[ray->kind] += n;
-    for (uint32_t i = 0; i < n; i++)
-        co_ray_bins_push(render->bins, emitter->worker, &words[i * render->ray_words],
-                         co_ray_bin(ray->dir));
+    counts->underflows += !is_kept;
+    // A push that fails is remembered by the bins; the schedule reports it.
+    if (is_kept && co_ray_bins_push(render->bins, emitter->worker, words, co_ray_bin(ray->dir)))
+        counts->made[ray->kind]++;
 }
 
 static CoRayKey ray_key(CoSampleKey key)
@@ -113,7 +112,7 @@ static bool passes(ShadeContext *c, const CoHitRecord *hit, Scatter *s)
     return false;
 }
 
-static void splat_first_hit(ShadeContext *c, const Scatter *s, const CoHitRecord *hit)
+static void splat_first_hit(ShadeContext *c, const Scatter *s)
 {
     const CohortRender *render = c->render;
     co_film_add_alpha(render->film, s->key.pixel, s->key.sample, 1.0f);
@@ -134,7 +133,6 @@ static void splat_first_hit(ShadeContext *c, const Scatter *s, const CoHitRecord
         .prim_id = co_placement_prim_id(render->scene, s->vertex->placement),
         .element_id = (int32_t)s->vertex->hit.surface.face,
     };
-    (void)hit;
     co_film_add_first(render->film, s->key.pixel, s->key.sample, &first);
 }
 
@@ -273,7 +271,7 @@ static void shade_surface(ShadeContext *c, const CoRay *ray, const CoHitRecord *
     if (passes(c, hit, &s))
         return;
     if (ray->kind == CO_RAY_CAMERA)
-        splat_first_hit(c, &s, hit);
+        splat_first_hit(c, &s);
     if (!is_black(emissive))
         co_film_add_color(render->film, s.key.pixel, s.key.sample, co_mul(s.weight, emissive));
     scatter(c, &s);
@@ -285,7 +283,7 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
     CoActiveBatch *b = &render->batch;
     ShadeContext c = {render, {render, worker}, &render->workers[worker],
                       {.instance = COHORT_INVALID_ID}};
-    if (atomic_load_explicit(&render->cancel, memory_order_relaxed))
+    if (co_render_is_cancelled(render))
         return;
     for (size_t i = begin; i < end; i++) {
         const CoHitRecord *hit = &b->hit_records[i];
@@ -303,10 +301,9 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-bool co_stage_shade(CohortRender *render, CohortError *err)
+void co_stage_shade(CohortRender *render)
 {
     double start = co_clock_seconds();
     co_parallel_for(render->batch.hit_count, 1024, shade_hits, render);
     render->seconds_shade += co_clock_seconds() - start;
-    return co_ray_bins_ok(render->bins, err);
 }

@@ -135,7 +135,10 @@ void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *ou
     CoPreviewSurface surface;
     co_material_evaluate(vertex->material, &vertex->hit, &surface);
     *emissive = surface.emissive_color;
-    co_bsdf_preview(&surface, ns, vertex->ng, vertex->wo, out);
+    if (vertex->material->is_lambert)
+        co_bsdf_lambert(surface.diffuse_color, ns, vertex->ng, vertex->wo, out);
+    else
+        co_bsdf_preview(&surface, ns, vertex->ng, vertex->wo, out);
 }
 
 float co_vertex_transmittance(const CoVertex *vertex)

@@ -294,3 +294,9 @@ bool co_osd_surface_eval(CoOsdSurface *surface, const CoOsdCoord *coords, uint32
         return rethrown(err);
     }
 }
+
+const char *co_osd_version(void)
+{
+    return CO_STRINGIFY(OPENSUBDIV_VERSION_MAJOR) "." CO_STRINGIFY(OPENSUBDIV_VERSION_MINOR) "."
+           CO_STRINGIFY(OPENSUBDIV_VERSION_PATCH);
+}

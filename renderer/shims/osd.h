@@ -80,6 +80,9 @@ bool co_osd_surface_values(CoOsdSurface *surface, const float *values, uint32_t 
 bool co_osd_surface_eval(CoOsdSurface *surface, const CoOsdCoord *coords, uint32_t count, float *p,
                          float *du, float *dv, CohortError *err);
 
+// OpenSubdiv's version, "3.5.0"; static.
+const char *co_osd_version(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -131,6 +131,12 @@ bool cohort_render_resume(CohortRender *render, const char *path, uint64_t stage
                           CohortError *err);
 
 
+// What Cohort was built with, and the instruction set it would choose. Static strings.
+typedef struct CohortLibraryVersions {
+    const char *opensubdiv, *openimageio, *opencolorio, *openexr, *isa;
+} CohortLibraryVersions;
+void cohort_library_versions(CohortLibraryVersions *out);
+
 #ifdef __cplusplus
 }
 #endif

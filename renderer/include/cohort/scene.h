@@ -194,6 +194,7 @@ typedef struct CohortMaterialDesc {
     const char *path;
     CohortInput diffuse_color, emissive_color, specular_color, metallic, roughness, clearcoat,
         clearcoat_roughness, opacity, ior, normal;
+    bool lambert; // diffuse, emission and opacity alone: no specular lobe, no coat
     bool use_specular_workflow;
     bool opacity_presence; // opacityMode = presence
     float opacity_threshold;
