@@ -15,7 +15,7 @@
 // Public to the accel room; the rest is private to geometry.
 typedef struct CoMesh {
     const float *points;     // [point_count * 3], finite
-    const uint32_t *indices; // [tri_count * 3] into points
+    const uint32_t *indices; // [tri_count * 3] into points, wound as authored
     uint32_t point_count, tri_count;
     uint32_t face_count;     // faces of the cage
     uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)

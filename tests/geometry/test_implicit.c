@@ -157,7 +157,7 @@ static void nothing_of_no_size(void **state)
 static void bad_sizes_are_refused_by_name(void **state)
 {
     (void)state;
-    const double bad[] = {-1, NAN, INFINITY, -INFINITY, 1e300};
+    const double bad[] = {-1, (double)NAN, (double)INFINITY, -(double)INFINITY, 1e300};
     for (int kind = 0; kind <= CO_IMPLICIT_PLANE; kind++) {
         for (size_t k = 0; k < COUNT(bad); k++) {
             CoImplicitDesc implicit = {.kind = (CoImplicit)kind,

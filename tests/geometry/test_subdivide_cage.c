@@ -159,6 +159,29 @@ static void boundaries_follow_their_rule(void **state)
     assert_near(grid_area(COHORT_BOUNDARY_NONE), 4.0, 1e-4);
 }
 
+// Volume of a torus of triangles under Catmull-Clark, which the triangle rule changes.
+static double triangle_torus_volume(bool smooth)
+{
+    static Cage cage;
+    make_torus(&cage, false, true);
+    CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, 2);
+    desc.triangle_rule_smooth = smooth;
+    CoMesh mesh;
+    assert_int_equal(make_mesh(&desc, &mesh), 0);
+    assert_int_equal(open_edges(&mesh), 0);
+    double volume = mesh_volume6(&mesh) / 6;
+    co_mesh_destroy(&mesh);
+    return volume;
+}
+
+static void triangle_rule_matters(void **state)
+{
+    (void)state;
+    double plain = triangle_torus_volume(false), smooth = triangle_torus_volume(true);
+    assert_true(fabs(plain - smooth) > 1e-4 * plain);
+    assert_near(plain, smooth, 0.05 * plain);
+}
+
 static void loop_takes_triangles_only(void **state)
 {
     (void)state;
@@ -314,6 +337,7 @@ int main(void)
         cmocka_unit_test(wrong_creases_are_ignored_loudly),
         cmocka_unit_test(holes_change_no_neighbor),
         cmocka_unit_test(boundaries_follow_their_rule),
+        cmocka_unit_test(triangle_rule_matters),
         cmocka_unit_test(loop_takes_triangles_only),
         cmocka_unit_test(topology_no_surface_has),
         cmocka_unit_test(untakable_faces_keep_numbers),

@@ -124,6 +124,47 @@ static void face_varying_seams_stay(void **state)
     co_mesh_destroy(&mesh);
 }
 
+// Largest s on a flat grid whose face-varying data are its positions, joined everywhere: only the
+// rule for the data's own boundary decides how far its corners are rounded.
+static float farthest_corner(CohortFvarLinear rule)
+{
+    static Cage cage;
+    make_grid(&cage, 3, false);
+    const CohortPrimvarDesc primvar = {"st",
+                                       COHORT_INTERPOLATION_FACE_VARYING,
+                                       3,
+                                       cage.points,
+                                       cage.point_count,
+                                       cage.indices,
+                                       cage.index_count};
+    CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, 2);
+    desc.primvars = &primvar;
+    desc.primvar_count = 1;
+    desc.fvar_linear = rule;
+    desc.interpolate_boundary = COHORT_BOUNDARY_EDGE_ONLY; // the surface itself is round there
+    CoMesh mesh;
+    make_mesh(&desc, &mesh);
+    float most = 0.0f;
+    for (uint32_t t = 0; t < mesh.tri_count; t++)
+        for (int c = 0; c < 3; c++) {
+            CoVec3 st = primvar3(&mesh, "st", t, c == 1 ? 1.0f : 0.0f, c == 2 ? 1.0f : 0.0f);
+            most = fmaxf(most, st.x + st.y);
+        }
+    co_mesh_destroy(&mesh);
+    return most;
+}
+
+static void face_varying_rules_differ_at_corners(void **state)
+{
+    (void)state;
+    assert_true(farthest_corner(COHORT_FVAR_NONE) < 5.9f);
+    assert_near((double)farthest_corner(COHORT_FVAR_CORNERS_ONLY), 6, 1e-5);
+    assert_near((double)farthest_corner(COHORT_FVAR_CORNERS_PLUS1), 6, 1e-5);
+    assert_near((double)farthest_corner(COHORT_FVAR_CORNERS_PLUS2), 6, 1e-5);
+    assert_near((double)farthest_corner(COHORT_FVAR_BOUNDARIES), 6, 1e-5);
+    assert_near((double)farthest_corner(COHORT_FVAR_ALL), 6, 1e-5);
+}
+
 static void uniform_and_constant_pass_through(void **state)
 {
     (void)state;
@@ -264,6 +305,7 @@ int main(void)
         cmocka_unit_test(primvars_follow_their_kind),
         cmocka_unit_test(bilinear_primvars_agree),
         cmocka_unit_test(face_varying_seams_stay),
+        cmocka_unit_test(face_varying_rules_differ_at_corners),
         cmocka_unit_test(uniform_and_constant_pass_through),
         cmocka_unit_test(normals_are_those_of_the_limit),
         cmocka_unit_test(left_handed_data_stays_in_place),
