@@ -358,6 +358,8 @@ static bool read_levels(CoPtexOpening *opening, const Header *header, uint64_t *
 static bool read_meta(CoPtexOpening *opening, const Header *header, uint64_t *offset)
 {
     CoPtexFile *file = opening->file;
+    CO_PTEX_CHECK(opening, header->meta_packed || header->meta_size == 0,
+                  "%u bytes of metadata in none", header->meta_size);
     if (header->meta_packed) {
         if (!co_ptex_claim(opening, *offset, header->meta_packed, header->meta_size, "metadata"))
             return false;

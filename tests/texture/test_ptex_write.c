@@ -1,0 +1,222 @@
+// The Ptex writer against what the reference library stored, and display-encoded files made linear.
+
+#include "texture_support.h"
+
+#include "texture/converted.h"
+#include "texture/half.h"
+#include "texture/ptex_block.h"
+
+#include <math.h>
+
+#define GOLDENS COHORT_SHARED_DIR "/ptex/goldens/"
+
+static void *texels_of(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2)
+{
+    CohortError err = {0};
+    CoPtexDecoder decoder = {0};
+    void *texels = malloc(co_ptex_block_size(file, ulog2, vlog2));
+    if (!co_ptex_face_texels(file, face, ulog2, vlog2, &decoder, texels, &err))
+        fail_msg("%s", err.message);
+    co_ptex_decoder_clear(&decoder);
+    return texels;
+}
+
+// Rewrites a file and compares every face, level, constant and neighbor.
+static void check_rewrite(const char *name)
+{
+    char path[512];
+    snprintf(path, sizeof path, GOLDENS "%s.ptx", name);
+    CohortError err = {0};
+    CoPtexFile *a = co_ptex_open(path, &err);
+    if (!a)
+        skip();
+    CoPtexWriteDesc desc = {.face_count = a->faces_count,
+                            .type = a->type,
+                            .channels = a->channels,
+                            .has_alpha = a->alpha >= 0,
+                            .alpha = a->alpha >= 0 ? (uint32_t)a->alpha : 0,
+                            .u_border = a->u_border,
+                            .v_border = a->v_border,
+                            .is_tangent = a->is_tangent,
+                            .no_levels = a->levels == 1};
+    CoPtexWriter *writer = co_ptex_writer_create(in_folder("copy.ptx"), &desc, &err);
+    for (uint32_t i = 0; i < a->faces_count; i++) {
+        uint32_t face = a->faces_count - 1 - i; // any order will do
+        void *texels = texels_of(a, face, a->faces[face].ulog2, a->faces[face].vlog2);
+        assert_true(co_ptex_writer_face(writer, face, &a->faces[face], texels, &err));
+        free(texels);
+    }
+    assert_true(co_ptex_writer_finish(writer, &err));
+    CoPtexFile *b = co_ptex_open(in_folder("copy.ptx"), &err);
+    if (!b)
+        fail_msg("%s: %s", name, err.message);
+    assert_int_equal(a->levels, b->levels);
+    assert_memory_equal(a->level_faces, b->level_faces, a->levels * sizeof(uint32_t));
+    assert_int_equal(a->alpha, b->alpha);
+    size_t pixel = co_ptex_pixel_size(a);
+    for (uint32_t face = 0; face < a->faces_count; face++) {
+        const CoPtexFace *info = &a->faces[face];
+        assert_int_equal(info->flags & 9, b->faces[face].flags & 9);
+        assert_int_equal(info->adjedges, b->faces[face].adjedges);
+        assert_memory_equal(info->adjfaces, b->faces[face].adjfaces, sizeof info->adjfaces);
+        if (memcmp(a->constants + face * pixel, b->constants + face * pixel, pixel) != 0)
+            fail_msg("%s: constant of face %u", name, face);
+        for (int u = info->ulog2, v = info->vlog2; u >= 0 && v >= 0; u--, v--) {
+            void *left = texels_of(a, face, u, v), *right = texels_of(b, face, u, v);
+            if (memcmp(left, right, co_ptex_block_size(a, u, v)) != 0)
+                fail_msg("%s: face %u at 2^%d x 2^%d", name, face, u, v);
+            free(left);
+            free(right);
+        }
+    }
+    co_ptex_close(a);
+    co_ptex_close(b);
+}
+
+static void rewriting_keeps_everything(void **state)
+{
+    (void)state;
+    static const char *const names[] = {
+        "cube_u8_c3",         "cube_u8_c4a",    "cube_u8_c4_alpha0", "cube_u16_c4a",
+        "cube_u16_c5_alpha4", "cube_f16_c4a",   "cube_f16_c4_alpha1", "cube_f32_c4a",
+        "cube_u8_c7",         "tiled_u8_rgb",   "tiled_f32_rgba",    "varres_u8_rgb",
+        "torus_varres_u16",   "nomip_u8_rgb",   "const_grid_u8",     "subface_mixed_u8",
+        "tanvec_tiled_u8_c3", "border_black_periodic"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        check_rewrite(names[i]);
+}
+
+static void the_writer_refuses_nonsense(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CoPtexWriteDesc desc = {.face_count = 2, .channels = 0};
+    assert_null(co_ptex_writer_create(in_folder("no.ptx"), &desc, &err));
+    desc.channels = 1;
+    const unsigned char texel[4] = {1, 2, 3, 4};
+    CoPtexFace info = {.adjfaces = {-1, -1, -1, -1}};
+    for (int fault = 0; fault < 4; fault++) {
+        CoPtexWriter *writer = co_ptex_writer_create(in_folder("no.ptx"), &desc, &err);
+        CoPtexFace bad = info;
+        bad.ulog2 = fault == 0 ? 20 : 0;
+        bad.adjfaces[2] = fault == 1 ? 2 : -1;
+        if (fault == 3)
+            assert_true(co_ptex_writer_face(writer, 0, &info, texel, &err));
+        assert_false(co_ptex_writer_face(writer, fault == 2 ? 2 : 0, &bad, texel, &err));
+        assert_false(co_ptex_writer_finish(writer, &err));
+        assert_int_not_equal(access(in_folder("no.ptx"), F_OK), 0);
+    }
+    assert_false(co_ptex_writer_finish(NULL, &err));
+    // Faces that are left out are one black texel.
+    CoPtexWriter *writer = co_ptex_writer_create(in_folder("one.ptx"), &desc, &err);
+    info.ulog2 = info.vlog2 = 1;
+    assert_true(co_ptex_writer_face(writer, 1, &info, texel, &err));
+    assert_true(co_ptex_writer_finish(writer, &err));
+    CoPtexFile *file = co_ptex_open(in_folder("one.ptx"), &err);
+    assert_int_equal(file->faces[0].flags, CO_PTEX_CONSTANT);
+    assert_int_equal(file->constants[0], 0);
+    assert_int_equal(file->constants[1], 2); // (1 + 2 + 3 + 4) / 4, cut
+    co_ptex_close(file);
+}
+
+static float look(CoTextures *textures, uint32_t id, uint32_t face, float width)
+{
+    CohortError err = {0};
+    CoLookup lookup = {.texture = id, .face = face, .s = .5f, .t = .5f, .ds0 = width, .dt1 = width};
+    float out[1][4];
+    assert_true(co_textures_evaluate(textures, &lookup, 1, out, CO_LOOKUP_SORTED, NULL, NULL, NULL,
+                                     &err));
+    return out[0][1];
+}
+
+static void display_encoded_files_are_averaged_in_linear_light(void **state)
+{
+    (void)state;
+    write_grid(in_folder("codes.ptx"), 2, 5, CO_PTEX_U8, 3);
+    CohortError err = {0};
+    CoPtexFile *file = co_ptex_open(in_folder("codes.ptx"), &err);
+    unsigned char *texels = texels_of(file, 2, 5, 5), *average = texels_of(file, 2, 0, 0);
+    double linear = 0, authored = 0;
+    for (int i = 0; i < 1024; i++)
+        linear += (double)co_srgb_decode((float)texels[3 * i + 1] / 255) / 1024;
+    authored = (double)co_srgb_decode((float)average[1] / 255);
+    unsigned char *reduced = texels_of(file, 2, 2, 2);
+    double level = 0;
+    for (int i = 0; i < 16; i++)
+        level += (double)co_srgb_decode((float)reduced[3 * i + 1] / 255) / 16;
+    free(texels);
+    free(average);
+    free(reduced);
+    co_ptex_close(file);
+    for (int is_authored = 0; is_authored < 2; is_authored++) {
+        CoTexturesOptions options = {.converted_folder = test_folder,
+                                     .ptex_reductions_authored = is_authored};
+        CoTextures *textures = co_textures_create(&options, &err);
+        CohortTextureDesc desc = {.path = in_folder("codes.ptx"), .color_space = COHORT_COLOR_AUTO,
+                                  .ptex_filter = COHORT_PTEX_BOX};
+        uint32_t id = co_textures_add(textures, &desc, &err);
+        bool is_triangle;
+        assert_int_equal(co_texture_ptex_faces(textures, id, &is_triangle), 4);
+        double got = (double)look(textures, id, 2, 1);
+        assert_true(fabs(got - (is_authored ? level : linear)) < 1e-5);
+        co_textures_destroy(textures);
+    }
+    assert_true(fabs(authored - linear) > .02); // or the test would prove nothing
+}
+
+static void means_over_footprints_are_means_of_texels(void **state)
+{
+    (void)state;
+    write_grid(in_folder("means.ptx"), 3, 6, CO_PTEX_F32, 1);
+    CohortError err = {0};
+    CoTexturesOptions options = {.converted_folder = test_folder};
+    CoTextures *textures = co_textures_create(&options, &err);
+    CohortTextureDesc desc = {.path = in_folder("means.ptx")};
+    uint32_t id = co_textures_add(textures, &desc, &err);
+    enum { SIDE = 48 };
+    static CoLookup lookups[9 * SIDE * SIDE];
+    static float out[9 * SIDE * SIDE][4];
+    double mean[5];
+    for (int w = 0; w < 5; w++) {
+        for (int i = 0; i < 9 * SIDE * SIDE; i++) {
+            int x = i % SIDE, y = i / SIDE % SIDE;
+            lookups[i] = (CoLookup){id, (uint32_t)(i / SIDE / SIDE), ((float)x + .5f) / SIDE,
+                                    ((float)y + .5f) / SIDE, .2f * (float)w, 0, 0, .1f * (float)w};
+        }
+        assert_true(co_textures_evaluate(textures, lookups, 9 * SIDE * SIDE, out, CO_LOOKUP_SORTED,
+                                         NULL, NULL, NULL, &err));
+        mean[w] = 0;
+        for (int i = 0; i < 9 * SIDE * SIDE; i++)
+            mean[w] += (double)out[i][0] / (9 * SIDE * SIDE);
+        assert_true(fabs(mean[w] - mean[0]) < .01 * mean[0]);
+    }
+    co_textures_destroy(textures);
+}
+
+static void halves_round_as_ptex_has_it(void **state)
+{
+    (void)state;
+    for (uint32_t bits = 0; bits < 65536; bits++) {
+        uint16_t half = (uint16_t)bits;
+        float value = co_half_to_float(half);
+        if (isnan(value) || half == 0x8000)
+            continue;
+        assert_int_equal(co_half_from_float(value), half);
+    }
+    assert_int_equal(co_half_from_float(65520.0f), 0x7c00);
+    assert_int_equal(co_half_from_float(-0.0f), 0);
+    assert_int_equal(co_half_from_float(1.0f + 0x1p-11f), 0x3c01); // half way: away from zero
+    assert_true(isnan(co_half_to_float(co_half_from_float(NAN))));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rewriting_keeps_everything),
+        cmocka_unit_test(the_writer_refuses_nonsense),
+        cmocka_unit_test(display_encoded_files_are_averaged_in_linear_light),
+        cmocka_unit_test(means_over_footprints_are_means_of_texels),
+        cmocka_unit_test(halves_round_as_ptex_has_it),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
