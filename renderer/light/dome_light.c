@@ -209,7 +209,7 @@ float co_dome_light_pdf(const CoLight *light, CoVec3 n, CoVec3 wi)
     }
     if (!(co_dot(n, n) > 0.25f))
         return uniform;
-    float cosine = fmaxf(co_dot(co_normalize(n), wi), 0.0f);
+    float cosine = co_max(co_dot(co_normalize(n), wi), 0.0f);
     return (1.0f - whole_share) * cosine * CO_INV_PI + whole_share * uniform;
 }
 

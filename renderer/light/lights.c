@@ -16,10 +16,10 @@ static float brightest(const CoLight *light)
         factor = 0.0f;
         for (uint32_t y = 0; y < light->image.height; y++)
             for (uint32_t x = 0; x < light->image.width; x++)
-                factor = fmaxf(factor, co_max3(co_light_image_texel(&light->image, x, y)));
+                factor = co_max(factor, co_max3(co_light_image_texel(&light->image, x, y)));
     }
     float tint =
-        light->is_shaped && light->focus > 0.0f ? fmaxf(co_max3(light->focus_tint), 1.0f) : 1.0f;
+        light->is_shaped && light->focus > 0.0f ? co_max(co_max3(light->focus_tint), 1.0f) : 1.0f;
     return co_max3(light->radiance) * factor * tint;
 }
 
@@ -46,7 +46,7 @@ CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *ima
         }
         if (light->is_active) {
             lights->active_count++;
-            lights->max_radiance = fmaxf(lights->max_radiance, brightest(light));
+            lights->max_radiance = co_max(lights->max_radiance, brightest(light));
         }
     }
     return lights;
@@ -203,7 +203,7 @@ float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t 
     bool is_met = is_flat ? co_light_plane_meet(light, org, dir, &t, &a, &b)
                           : co_sphere_light_meet(light, org, dir, &t);
     if (!is_met)
-        t = fmaxf(co_dot(co_sub(light->center, org), dir), 0.0f);
+        t = co_max(co_dot(co_sub(light->center, org), dir), 0.0f);
     if (is_flat && !(co_light_plane_height(light, org) > 0.0f))
         return t;
     CoVec3 emission =

@@ -95,22 +95,34 @@ static inline float co_length(CoVec3 a)
     return sqrtf(co_dot(a, a));
 }
 
+// As the machine's instruction has it (fminf and fmaxf are calls): b where either is not a number.
+static inline float co_min(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float co_max(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 // Unit vector along a; the zero vector and non-finite vectors give (0, 0, 0).
 static inline CoVec3 co_normalize(CoVec3 a)
 {
-    float m = fmaxf(fmaxf(fabsf(a.x), fabsf(a.y)), fabsf(a.z));
-    // fmaxf drops a NaN beside a number: each is asked for.
-    if (!(m > 0.0f) || !isfinite(m) || isnan(a.x) || isnan(a.y) || isnan(a.z))
+    float d = co_dot(a, a);
+    if (d > 1e-30f && d < 1e30f)
+        return co_scale(a, 1.0f / sqrtf(d));
+    // The square has left the range of floats, or a is no vector at all.
+    float m = co_max(co_max(fabsf(a.x), fabsf(a.y)), fabsf(a.z));
+    if (!(m > 0.0f) || !isfinite(a.x) || !isfinite(a.y) || !isfinite(a.z))
         return co_vec3(0.0f, 0.0f, 0.0f);
-    if (m < 1e-15f || m > 1e15f)
-        a = co_vec3(a.x / m, a.y / m, a.z / m);
-    float inv = 1.0f / sqrtf(co_dot(a, a));
-    return co_scale(a, inv);
+    a = co_vec3(a.x / m, a.y / m, a.z / m);
+    return co_scale(a, 1.0f / sqrtf(co_dot(a, a)));
 }
 
 static inline float co_max3(CoVec3 a)
 {
-    return fmaxf(fmaxf(a.x, a.y), a.z);
+    return co_max(co_max(a.x, a.y), a.z);
 }
 
 static inline bool co_is_finite3(CoVec3 a)

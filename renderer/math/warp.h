@@ -33,7 +33,7 @@ static inline CoVec3 co_warp_cosine(float u0, float u1)
 {
     float x, y;
     co_warp_disk(u0, u1, &x, &y);
-    return co_vec3(x, y, sqrtf(fmaxf(0.0f, 1.0f - (x * x + y * y))));
+    return co_vec3(x, y, sqrtf(co_max(0.0f, 1.0f - (x * x + y * y))));
 }
 
 // Uniform over the cone around +z with 1 - cos(half angle) = `versine` in [0, 2]: the versine,
@@ -44,7 +44,7 @@ static inline CoVec3 co_warp_cone(float versine, float u0, float u1)
     co_warp_disk(u0, u1, &x, &y);
     float r2 = x * x + y * y;
     float h = versine * r2; // 1 - cos(theta)
-    float scale = sqrtf(fmaxf(0.0f, versine * (2.0f - h)));
+    float scale = sqrtf(co_max(0.0f, versine * (2.0f - h)));
     return co_vec3(x * scale, y * scale, 1.0f - h);
 }
 

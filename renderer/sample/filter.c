@@ -14,11 +14,11 @@ static float invert(const float *density, const float *area, float u)
             i += step;
     // Area gained at offset d: w0 d + (w1 - w0) d^2 / (2 h). The root in its stable form.
     const float h = 1.0f / (FILTER_NODES - 1);
-    float a = fmaxf(u - area[i], 0.0f), w0 = density[i], w1 = density[i + 1];
-    float under_root = fmaxf(w0 * w0 + 2.0f * (w1 - w0) / h * a, 0.0f);
+    float a = co_max(u - area[i], 0.0f), w0 = density[i], w1 = density[i + 1];
+    float under_root = co_max(w0 * w0 + 2.0f * (w1 - w0) / h * a, 0.0f);
     float denominator = w0 + sqrtf(under_root);
     float d = denominator > 0.0f ? 2.0f * a / denominator : h;
-    return (float)i * h + fminf(d, h);
+    return (float)i * h + co_min(d, h);
 }
 
 static float offset(CohortFilter filter, float u)

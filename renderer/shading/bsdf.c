@@ -82,8 +82,8 @@ void co_bsdf_set_selection(CoBsdf *bsdf, CoVec3 wo)
     float f = mean3(fresnel(bsdf, weight)), reflected = mean3(bsdf->reflected);
     float diffuse = mean3(bsdf->diffuse) * bsdf->opacity * (1.0f - reflected);
     // A floor, lest the rare half vectors that reflect much get weights that explode.
-    float specular = fmaxf(reflected, 0.02f * mean3(bsdf->f90));
-    float coat = fmaxf(coat_fresnel(bsdf, weight), 0.02f * bsdf->coat);
+    float specular = co_max(reflected, 0.02f * mean3(bsdf->f90));
+    float coat = co_max(coat_fresnel(bsdf, weight), 0.02f * bsdf->coat);
     float through = (1.0f - bsdf->opacity) * (1.0f - f);
     float sum = diffuse + specular + coat + through;
     float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
@@ -124,8 +124,8 @@ CoVec3 co_bsdf_eval(const CoBsdf *bsdf, CoVec3 wo, CoVec3 wi, float *pdf)
     // the other bound a white surface would give back almost twice what it receives.
     float cosine_pdf = i.z * CO_INV_PI;
     CoVec3 dimmed =
-        co_vec3(1.0f - fmaxf(f.x, bsdf->reflected.x), 1.0f - fmaxf(f.y, bsdf->reflected.y),
-                1.0f - fmaxf(f.z, bsdf->reflected.z));
+        co_vec3(1.0f - co_max(f.x, bsdf->reflected.x), 1.0f - co_max(f.y, bsdf->reflected.y),
+                1.0f - co_max(f.z, bsdf->reflected.z));
     value = co_scale(co_mul(bsdf->diffuse, dimmed), bsdf->opacity * cosine_pdf);
     *pdf = bsdf->p_diffuse * cosine_pdf;
     float lobe_pdf;
@@ -206,5 +206,5 @@ CoVec3 co_bsdf_albedo(const CoBsdf *bsdf, CoVec3 wo)
     CoVec3 diffuse = co_scale(bsdf->diffuse, bsdf->opacity);
     CoVec3 sum = co_add(f, co_mul(diffuse, co_sub(co_vec3_splat(1.0f), f)));
     sum = co_add(sum, co_vec3_splat(coat_fresnel(bsdf, schlick(co_dot(bsdf->n, wo)))));
-    return co_vec3(fminf(sum.x, 1.0f), fminf(sum.y, 1.0f), fminf(sum.z, 1.0f));
+    return co_vec3(co_min(sum.x, 1.0f), co_min(sum.y, 1.0f), co_min(sum.z, 1.0f));
 }

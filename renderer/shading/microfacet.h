@@ -40,7 +40,7 @@ static inline CoVec3 co_ggx_sample(CoVec3 wo, float alpha, float u0, float u1)
     float z = (1.0f - u1) * (1.0f + v.z) - v.z;
     float r = sqrtf(co_clamp(1.0f - z * z, 0.0f, 1.0f));
     CoVec3 h = co_add(co_vec3(r * cosine, r * sine, z), v);
-    return co_normalize(co_vec3(alpha * h.x, alpha * h.y, fmaxf(h.z, 1e-9f)));
+    return co_normalize(co_vec3(alpha * h.x, alpha * h.y, co_max(h.z, 1e-9f)));
 }
 
 // Value times |cos wi| without Fresnel, and the solid-angle pdf of co_ggx_sample's reflections.

@@ -4,7 +4,7 @@
 
 static float unit(float x)
 {
-    return x > 0.0f ? fminf(x, 1.0f) : 0.0f;
+    return x > 0.0f ? co_min(x, 1.0f) : 0.0f;
 }
 
 static CoVec3 unit3(CoVec3 c)

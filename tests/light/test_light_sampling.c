@@ -326,6 +326,34 @@ static void flat_lights_are_dark_behind(void **state)
         }
 }
 
+// Points in and on the light, on its plane and its axis, with and without a normal.
+static void points_on_the_light_get_numbers(void **state)
+{
+    (void)state;
+    const float places[] = {0.0f, 0.5f, -0.5f, 0.50001f, 1e-8f, -1e-8f, 1e8f, 1e-30f};
+    for (int k = 0; k < 5 * 512; k++) {
+        CohortLightDesc d = test_light((CohortLightType)(k % 5));
+        CoLights *lights = test_lights(&d, NULL, 1);
+        int place = k / 5;
+        CoVec3 org = co_vec3(places[place % 8], places[place / 8 % 8], places[place / 64]);
+        CoVec3 n = k & 1 ? co_vec3(0, 0, 1) : co_vec3(0, 0, 0), radiance;
+        for (int i = 0; i < 20; i++) {
+            CoLightSample s;
+            float u0 = i == 0 ? 0.0f : next_random(), u1 = i == 1 ? 0.0f : next_random();
+            if (!co_light_sample(lights, org, n, next_random(), u0, u1, &s))
+                continue;
+            assert_true(fabsf(co_length(s.wi) - 1.0f) < 1e-5f);
+            float pdf = co_light_pdf(lights, org, n, 0, s.wi);
+            assert_true(pdf >= 0.0f && isfinite(pdf));
+            assert_true(co_light_ray_end(lights, org, s.wi, 0, &radiance) >= 0.0f);
+            assert_true(co_is_finite3(radiance));
+            TestHits hits = test_collect(lights, org, s.wi);
+            assert_true(hits.count <= 1 && hits.last.t >= 0.0f);
+        }
+        co_lights_destroy(lights);
+    }
+}
+
 static void lights_are_chosen_by_what_they_give(void **state)
 {
     (void)state;
@@ -374,6 +402,7 @@ int main(void)
         cmocka_unit_test(lights_far_from_the_origin_are_framed),
         cmocka_unit_test(a_ray_meets_a_sphere_once),
         cmocka_unit_test(flat_lights_are_dark_behind),
+        cmocka_unit_test(points_on_the_light_get_numbers),
         cmocka_unit_test(lights_are_chosen_by_what_they_give),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
