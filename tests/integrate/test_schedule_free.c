@@ -92,7 +92,7 @@ static uint64_t hash_aovs(const CohortRender *render)
     return hash;
 }
 
-static const CohortRenderSettings base = {.width = WIDTH, .height = HEIGHT, .spp = 24,
+static const CohortRenderSettings base = {.width = WIDTH, .height = HEIGHT, .spp = 12,
                                           .max_depth = 8, .first_hit_samples = 3,
                                           .light_samples = 2, .aovs = AOVS, .batch = 4096};
 
