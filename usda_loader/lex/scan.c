@@ -7,18 +7,35 @@ void co_scan_init(CoScan *scan, const char *text, size_t size)
     *scan = (CoScan){.begin = text, .end = text + size, .at = text, .counted = text};
     scan->line_begin = text;
     scan->line = 1;
+    scan->unclosed = scan->end;
     const char *safe = scan->end;
     while (safe > text && strchr(" \t\r\n.+-eE0123456789", safe[-1]) && safe[-1])
         safe--;
     scan->safe = safe > text ? safe - 1 : text;
 }
 
+// Back to a place before what was counted.
+static void uncount(CoScan *scan, const char *at)
+{
+    const char *p = at;
+    uint32_t lines = 0;
+    while (p < scan->counted && (p = memchr(p, '\n', (size_t)(scan->counted - p))) != NULL) {
+        lines++;
+        p++;
+    }
+    scan->counted = at;
+    if (!lines)
+        return;
+    scan->line -= lines;
+    while (at > scan->begin && at[-1] != '\n')
+        at--;
+    scan->line_begin = at;
+}
+
 void co_scan_place(CoScan *scan, const char *at, uint32_t *line, uint32_t *column)
 {
-    if (at < scan->counted) {
-        scan->counted = scan->line_begin = scan->begin;
-        scan->line = 1;
-    }
+    if (at < scan->counted)
+        uncount(scan, at);
     const char *p = scan->counted;
     while (p < at && (p = memchr(p, '\n', (size_t)(at - p))) != NULL) {
         scan->line++;
@@ -34,7 +51,8 @@ void co_scan_place(CoScan *scan, const char *at, uint32_t *line, uint32_t *colum
 
 static bool skip_block_comment(CoScan *scan)
 {
-    if (scan->end - scan->at < 4 || scan->at[0] != '/' || scan->at[1] != '*')
+    if (scan->end - scan->at < 4 || scan->at[0] != '/' || scan->at[1] != '*' ||
+        scan->at >= scan->unclosed)
         return false;
     for (const char *p = scan->at + 2; (p = memchr(p, '*', (size_t)(scan->end - p))) != NULL;) {
         p++;
@@ -43,6 +61,7 @@ static bool skip_block_comment(CoScan *scan)
             return true;
         }
     }
+    scan->unclosed = scan->at;
     return false;
 }
 
@@ -141,7 +160,7 @@ static const char *identifier_end(const char *p, const char *end)
     return p;
 }
 
-bool co_scan_word(CoScan *scan, const char *word)
+bool co_scan_word_rest(CoScan *scan, const char *word)
 {
     size_t length = strlen(word);
     if ((size_t)(scan->end - scan->at) < length || memcmp(scan->at, word, length) != 0 ||

@@ -19,7 +19,8 @@ typedef struct CoScan {
     // The last character that neither a number nor white space has: what skips those from before it
     // needs no test for the end.
     const char *safe;
-    // Lines are counted only when asked for, forward from the last question.
+    const char *unclosed; // no "*/" stands behind this place: keeps repeated searches linear
+    // Lines are counted only when asked for, from the last question on.
     const char *counted;    // everything before has been counted
     const char *line_begin; // of the line that `counted` stands in
     uint32_t line;          // 1-based
@@ -65,8 +66,13 @@ static inline bool co_scan_char(CoScan *scan, char c)
     return true;
 }
 
-// A whole word: no identifier character follows it.
-bool co_scan_word(CoScan *scan, const char *word);
+// A whole word: no identifier character follows it. Most of the words asked for are not there,
+// which the first character tells.
+bool co_scan_word_rest(CoScan *scan, const char *word);
+static inline bool co_scan_word(CoScan *scan, const char *word)
+{
+    return scan->at < scan->end && *scan->at == word[0] && co_scan_word_rest(scan, word);
+}
 
 // Letters, digits, _ and Unicode XID characters, not beginning with a digit. Code points that are
 // no well-formed UTF-8 never match.

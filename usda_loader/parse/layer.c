@@ -95,7 +95,8 @@ static bool begin(CoParser *p, const char *path, CohortError *err)
     p->prim_path_capacity = 64;
     p->prim_path = co_alloc(CO_MEMORY_USDA, p->prim_path_capacity);
     const char *root_name = co_token("/", 1);
-    CO_CHECK_MEMORY(layer->path && p->prim_path && root_name ? p : NULL, err);
+    p->empty = co_token("", 0);
+    CO_CHECK_MEMORY(layer->path && p->prim_path && root_name && p->empty ? p : NULL, err);
     memcpy(p->prim_path, "/", 2);
     p->prim_path_length = 1;
     layer->root = co_parse_spec(p, NULL, CO_SPEC_LAYER, root_name, p->scan.begin);
@@ -110,9 +111,15 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
     const CohortStageOptions *o = options ? options : &defaults;
     uint64_t max_bytes = limit(o->max_bytes, UINT64_C(16) << 30);
     if (size > max_bytes) {
-        CO_FAIL(err, COHORT_ERROR_LIMIT, "%s holds %zu bytes, more than the limit of %llu", path,
-                size, (unsigned long long)max_bytes);
-        co_error_place(err, path, 0, 0, NULL);
+        CohortError local = {0};
+        CO_FAIL(&local, COHORT_ERROR_LIMIT,
+                "the layer holds %zu bytes, more than the limit of %llu", size,
+                (unsigned long long)max_bytes);
+        co_error_place(&local, path, 0, 0, NULL);
+        if (report)
+            report(cookie, COHORT_SEVERITY_ERROR, path, 0, 0, "", local.message);
+        if (err && err->code == COHORT_OK)
+            *err = local;
         return NULL;
     }
     CoParser parser = {
@@ -132,6 +139,8 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
         layer->byte_count = size;
     co_free(CO_MEMORY_USDA, parser.prim_path, parser.prim_path_capacity);
     co_free(CO_MEMORY_USDA, parser.scratch, parser.scratch_size);
+    if (!begun && !parser.error_count && report)
+        report(cookie, COHORT_SEVERITY_ERROR, path, 0, 0, "", "out of memory");
     if (!begun || parser.error_count || parser.stopped) {
         co_layer_destroy(layer);
         return NULL;
@@ -158,18 +167,22 @@ CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
                        CohortDiagnosticFn *report, void *cookie, CohortError *err)
 {
     CohortError local = {0};
-    CohortError *out = err ? err : &local;
     CoMappedFile file;
     char *resolved = realpath(path, NULL);
     const char *name = resolved ? resolved : path;
     CoLayer *layer = NULL;
-    if (co_mapped_file_open(name, &file, out)) {
-        if (refuse_binary(&file, name, out))
-            layer = co_layer_parse(name, file.data, file.size, options, report, cookie, out);
+    bool parsed = false;
+    if (co_mapped_file_open(name, &file, &local)) {
+        parsed = refuse_binary(&file, name, &local);
+        if (parsed)
+            layer = co_layer_parse(name, file.data, file.size, options, report, cookie, &local);
         co_mapped_file_close(&file);
     }
-    if (!layer && report && (out->code == COHORT_ERROR_USD_BINARY || !out->line))
-        report(cookie, COHORT_SEVERITY_ERROR, name, out->line, out->column, "", out->message);
+    // What the parser found it has reported already.
+    if (!parsed && report)
+        report(cookie, COHORT_SEVERITY_ERROR, name, local.line, local.column, "", local.message);
+    if (err && err->code == COHORT_OK)
+        *err = local;
     free(resolved);
     return layer;
 }

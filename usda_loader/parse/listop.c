@@ -267,9 +267,7 @@ static bool arc_item(CoParser *p, void *context, void *out)
     CoArc *arc = out;
     arc->scale = 1.0;
     arc->line = co_parse_line(p, at);
-    arc->asset = arc->prim = co_parse_token(p, "", 0);
-    if (!arc->asset)
-        return false;
+    arc->asset = arc->prim = p->empty;
     if (co_scan_peek(&p->scan) == '<') {
         if (!arc_path(p, arc))
             return false;

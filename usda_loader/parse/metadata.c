@@ -328,12 +328,11 @@ static bool sublayer_item(CoParser *p, void *context)
 {
     ItemList *list = context;
     CohortString asset;
-    CoArc arc = {.scale = 1.0, .line = co_parse_line(p, p->scan.at)};
+    CoArc arc = {.prim = p->empty, .scale = 1.0, .line = co_parse_line(p, p->scan.at)};
     if (!co_parse_asset(p, &asset))
         return false;
     arc.asset = co_parse_token(p, asset.text, asset.length);
-    arc.prim = co_parse_token(p, "", 0);
-    if (!arc.asset || !arc.prim)
+    if (!arc.asset)
         return false;
     CoScan ahead = p->scan;
     co_scan_inline(&ahead);

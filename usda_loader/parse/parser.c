@@ -246,21 +246,32 @@ bool co_parse_assignment(CoParser *p)
     return true;
 }
 
-// Moves over one bracket, string, comment or character; tracks the brackets opened.
-static void skip_one(CoScan *scan, size_t *open)
+// To the end of a string or asset path, or of as much of the text as one without an end takes up:
+// the rest of the line, or of the file in triple quotes.
+static void skip_quoted(CoScan *scan)
 {
     CoSlice ignored;
     bool triple;
     char c = *scan->at;
-    if (c == '"' || c == '\'') {
-        if (co_scan_string(scan, &ignored) == CO_SCAN_OK)
-            return;
-    } else if (c == '@') {
-        if (co_scan_asset(scan, &ignored, &triple) == CO_SCAN_OK)
-            return;
-    } else if ((c == '#' || c == '/') && co_scan_line(scan)) {
+    CoScanStatus status =
+        c == '@' ? co_scan_asset(scan, &ignored, &triple) : co_scan_string(scan, &ignored);
+    if (status == CO_SCAN_OK)
+        return;
+    triple = c != '@' && scan->end - scan->at > 2 && scan->at[1] == c && scan->at[2] == c;
+    const char *stop = memchr(scan->at, '\n', (size_t)(scan->end - scan->at));
+    scan->at = triple || !stop ? scan->end : stop;
+}
+
+// Moves over one bracket, string, comment or character; tracks the brackets opened.
+static void skip_one(CoScan *scan, size_t *open)
+{
+    char c = *scan->at;
+    if (c == '"' || c == '\'' || c == '@') {
+        skip_quoted(scan);
         return;
     }
+    if ((c == '#' || c == '/') && co_scan_line(scan))
+        return;
     *open += c == '(' || c == '[' || c == '{';
     if (*open && (c == ')' || c == ']' || c == '}'))
         --*open;

@@ -20,6 +20,7 @@ typedef struct CoParser {
     CohortDiagnosticFn *report;
     void *cookie;
     CohortError *err;
+    const char *empty; // the token of ""
     uint32_t error_count;
     bool stopped;    // memory or a limit is at an end: no recovery
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
@@ -122,6 +123,9 @@ bool co_parse_property(CoParser *p, CoSpec *prim, bool *found);
 bool co_parse_spline(CoParser *p, CoSpline *out); // from its '{'
 CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
                       const char *at);
+// The spec of that name in a list, NULL if none.
+CoSpec *co_parse_known(const CoNameIndex *index, CoSpec *const *list, size_t count,
+                       const char *name);
 bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found);
 
 #endif

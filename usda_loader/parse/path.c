@@ -168,8 +168,8 @@ bool co_parse_path(CoParser *p, const char **out, CoPathInfo *info)
         return co_parse_expected(p, "a path between < and >");
     *info = (CoPathInfo){0};
     if (path.length == 0) {
-        *out = co_parse_token(p, "", 0);
-        return *out != NULL;
+        *out = p->empty;
+        return true;
     }
     size_t bad;
     if (!co_path_check(path, info, &bad))

@@ -65,8 +65,8 @@ static bool parse_type(CoParser *p, const char **type)
     const char *from = p->scan.at;
     CoSlice part;
     if (!co_scan_type_name(&p->scan, &part)) {
-        *type = co_parse_token(p, "", 0);
-        return *type != NULL;
+        *type = p->empty;
+        return true;
     }
     const char *stop = p->scan.at;
     while (co_scan_char(&p->scan, '.') && co_scan_type_name(&p->scan, &part))
@@ -81,16 +81,24 @@ static bool parse_type(CoParser *p, const char **type)
 // ---- Variants
 // ------------------------------------------------------------------------------------
 
-static CoSpec *find_or_add(CoParser *p, CoSpec *parent, CoSpecKind kind, CoSpec *const *list,
-                           size_t count, const CohortString *name, const char *at)
+static CoSpec *find_set(CoParser *p, CoSpec *owner, const CohortString *name, const char *at)
 {
     const char *token = co_parse_token(p, name->text, name->length);
     if (!token)
         return NULL;
-    for (size_t i = 0; i < count; i++)
-        if (list[i]->name == token)
-            return list[i];
-    return co_parse_spec(p, parent, kind, token, at);
+    for (size_t i = 0; i < owner->variant_set_count; i++)
+        if (owner->variant_sets[i]->name == token)
+            return owner->variant_sets[i];
+    return co_parse_spec(p, owner, CO_SPEC_VARIANT_SET, token, at);
+}
+
+static CoSpec *find_variant(CoParser *p, CoSpec *set, const CohortString *name, const char *at)
+{
+    const char *token = co_parse_token(p, name->text, name->length);
+    if (!token)
+        return NULL;
+    CoSpec *known = co_parse_known(set->child_index, set->children, set->child_count, token);
+    return known ? known : co_parse_spec(p, set, CO_SPEC_VARIANT, token, at);
 }
 
 static bool parse_variant(CoParser *p, CoSpec *set)
@@ -99,8 +107,7 @@ static bool parse_variant(CoParser *p, CoSpec *set)
     CohortString name;
     if (!co_parse_string(p, &name) || !co_variant_name_check(p, at, &name))
         return false;
-    CoSpec *variant =
-        find_or_add(p, set, CO_SPEC_VARIANT, set->children, set->child_count, &name, at);
+    CoSpec *variant = find_variant(p, set, &name, at);
     if (!variant)
         return false;
     co_scan_space(&p->scan);
@@ -123,8 +130,7 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
     co_scan_inline(&p->scan);
     if (!co_parse_char(p, '='))
         return false;
-    CoSpec *set = find_or_add(p, owner, CO_SPEC_VARIANT_SET, owner->variant_sets,
-                              owner->variant_set_count, &name, at);
+    CoSpec *set = find_set(p, owner, &name, at);
     co_scan_space(&p->scan);
     if (!set || !co_parse_char(p, '{'))
         return false;

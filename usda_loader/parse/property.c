@@ -93,12 +93,9 @@ static bool same_type(const char *a, const char *b)
 // The property declared, new or as it stands already.
 static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
 {
-    union {
-        const CoSpec *found;
-        CoSpec *spec;
-    } known = {co_spec_property(prim, what->name)};
     CoSpecKind kind = what->is_relationship ? CO_SPEC_RELATIONSHIP : CO_SPEC_ATTRIBUTE;
-    CoSpec *spec = known.spec;
+    CoSpec *spec =
+        co_parse_known(prim->property_index, prim->properties, prim->property_count, what->name);
     if (!spec) {
         spec = co_parse_spec(p, prim, kind, what->name, what->at);
         if (!spec)

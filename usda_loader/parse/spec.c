@@ -53,8 +53,8 @@ static bool index_update(CoParser *p, CoNameIndex **index, CoSpec *const *list, 
     return true;
 }
 
-static const CoSpec *find(const CoNameIndex *index, CoSpec *const *list, size_t count,
-                          const char *name)
+CoSpec *co_parse_known(const CoNameIndex *index, CoSpec *const *list, size_t count,
+                       const char *name)
 {
     if (!index) {
         for (size_t i = 0; i < count; i++)
@@ -73,14 +73,13 @@ CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *
                       const char *at)
 {
     CoSpec *spec = co_parse_alloc(p, 1, sizeof *spec);
-    const char *none = co_parse_token(p, "", 0);
-    if (!spec || !none)
+    if (!spec)
         return NULL;
     spec->kind = kind;
     spec->name = name;
     spec->parent = parent;
     spec->line = co_parse_line(p, at);
-    spec->type_name = none;
+    spec->type_name = p->empty;
     if (!parent)
         return spec;
     bool is_property = kind == CO_SPEC_ATTRIBUTE || kind == CO_SPEC_RELATIONSHIP;
@@ -112,10 +111,10 @@ const CoField *co_spec_field(const CoSpec *spec, const char *name)
 
 const CoSpec *co_spec_child(const CoSpec *spec, const char *name)
 {
-    return find(spec->child_index, spec->children, spec->child_count, name);
+    return co_parse_known(spec->child_index, spec->children, spec->child_count, name);
 }
 
 const CoSpec *co_spec_property(const CoSpec *spec, const char *name)
 {
-    return find(spec->property_index, spec->properties, spec->property_count, name);
+    return co_parse_known(spec->property_index, spec->properties, spec->property_count, name);
 }

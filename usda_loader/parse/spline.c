@@ -2,7 +2,8 @@
 
 #include "parse/parser.h"
 
-#include <string.h>
+#include <math.h>
+#include <stdlib.h>
 
 static bool parse_real(CoParser *p, double *out)
 {
@@ -168,16 +169,41 @@ static bool parse_knot(CoParser *p, CoSpline *spline)
     }
     if (!parse_parameters(p, &knot))
         return false;
-    size_t at = spline->count;
-    while (at > 0 && spline->knots[at - 1].time >= knot.time)
-        at--;
-    // Of two knots at one time the first stays.
-    if (at < spline->count && spline->knots[at].time == knot.time)
-        return true;
-    if (!co_parse_push(p, &spline->knots, &spline->count, sizeof knot))
+    CoSplineKnot *slot = co_parse_push(p, &spline->knots, &spline->count, sizeof *slot);
+    if (slot)
+        *slot = knot;
+    return slot != NULL;
+}
+
+typedef struct Numbered {
+    double time;
+    size_t number;
+} Numbered;
+
+static int by_time(const void *a, const void *b)
+{
+    const Numbered *x = a, *y = b;
+    if (isnan(x->time) != isnan(y->time))
+        return isnan(x->time) ? 1 : -1;
+    return x->time < y->time ? -1 : x->time > y->time ? 1 : x->number < y->number ? -1 : 1;
+}
+
+// Brings the knots into the order of their times; of two knots at one time the first stays.
+static bool sort_knots(CoParser *p, CoSpline *spline)
+{
+    Numbered *order = co_parse_alloc(p, spline->count, sizeof *order);
+    CoSplineKnot *knots = co_parse_alloc(p, spline->count, sizeof *knots);
+    if (!order || !knots)
         return false;
-    memmove(spline->knots + at + 1, spline->knots + at, (spline->count - 1 - at) * sizeof knot);
-    spline->knots[at] = knot;
+    for (size_t i = 0; i < spline->count; i++)
+        order[i] = (Numbered){spline->knots[i].time, i};
+    qsort(order, spline->count, sizeof *order, by_time);
+    size_t kept = 0;
+    for (size_t i = 0; i < spline->count; i++)
+        if (!kept || knots[kept - 1].time != order[i].time)
+            knots[kept++] = spline->knots[order[i].number];
+    spline->knots = knots;
+    spline->count = kept;
     return true;
 }
 
@@ -204,5 +230,6 @@ static bool spline_item(CoParser *p, void *context)
 bool co_parse_spline(CoParser *p, CoSpline *out)
 {
     *out = (CoSpline){.curve = "", .pre.mode = "", .post.mode = ""};
-    return co_parse_char(p, '{') && co_parse_list(p, '}', false, spline_item, out);
+    return co_parse_char(p, '{') && co_parse_list(p, '}', false, spline_item, out) &&
+           sort_knots(p, out);
 }

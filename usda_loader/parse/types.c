@@ -148,7 +148,7 @@ const char *co_type_name(CohortType type)
 
 static bool equals(const char *name, const char *text, size_t length)
 {
-    return strncmp(name, text, length) == 0 && name[length] == '\0';
+    return length && name[0] == text[0] && strncmp(name, text, length) == 0 && name[length] == '\0';
 }
 
 bool co_type_from_name(const char *name, size_t length, CohortType *out, bool *is_array)

@@ -64,7 +64,8 @@ static const char *const keywords[] = {
 
 bool co_slice_is(CoSlice slice, const char *text)
 {
-    return strlen(text) == slice.length && memcmp(slice.begin, text, slice.length) == 0;
+    return slice.length && slice.begin[0] == text[0] && strlen(text) == slice.length &&
+           memcmp(slice.begin, text, slice.length) == 0;
 }
 
 static bool is_keyword(CoSlice slice)

@@ -2,6 +2,7 @@
 
 #include "usda_loader/parse/support.h"
 
+#include "base/clock.h"
 #include "base/memory.h"
 
 #include <setjmp.h>
@@ -177,25 +178,51 @@ static void limits_hold(void **state)
     co_layer_destroy(layer);
 }
 
-static void hostile_depth_ends_in_a_limit(void **state)
+// A megabyte of one thing over and over: refused, and in no time.
+static void hostile_repeats_are_refused_quickly(void **state)
 {
     (void)state;
-    static const char *const openings[] = {"def \"a\" {", "def \"a\" (x = {dictionary d = {",
-                                           "def \"a\" (x = [", "def \"a\" {\nint[] a = ["};
-    static const char *const repeats[] = {"def \"a\" {", "dictionary d = {", "[", "["};
-    for (size_t k = 0; k < 4; k++) {
-        size_t capacity = 2000000, length = 0;
-        char *source = malloc(capacity + 64);
-        assert_non_null(source);
-        length = (size_t)sprintf(source, "#usda 1.0\n%s", openings[k]);
-        while (length < capacity)
-            length += (size_t)sprintf(source + length, "%s", repeats[k]);
+    static const char *const repeats[][2] = {
+        {"def \"a\" {", "def \"a\" {"},
+        {"def \"a\" (x = {dictionary d = {", "dictionary d = {"},
+        {"def \"a\" (x = [", "["},
+        {"def \"a\" (x = (", "("},
+        {"def \"a\" {\nint[] a = [", "["},
+        {"def \"a\" {\nrel a = </a", "[/a"},
+        {"def \"a\" {\nrel a = <", "../"},
+        {"def \"a\" {\npathExpression e = \"", "(~"},
+        {"def \"a\" {\npathExpression e = \"/a{", "(not "},
+        {"", "/*"},
+        {"", "\"\"\"\\"},
+        {"", "\"\\"},
+        {"x", "'''\\'"},
+        {"x ", "@@@ "},
+        {"x ", "<"},
+        {"", "x\n"},
+        {"def \"a\" {\n", "variantSet \"s\" = {\"v\" {"},
+        {"def \"a\" {\ndouble a = ", "1"},
+        {"def \"a\" {\ndouble[] a = [", "1.5e-7"},
+        {"def \"a\" {\ndouble[] a = [1", " "},
+        {"def \"a\" {\ndouble[] a = [1,", "/**/"},
+    };
+    enum {
+        CAPACITY = 1000000
+    };
+    char *source = malloc(CAPACITY + 64);
+    assert_non_null(source);
+    for (size_t k = 0; k < sizeof repeats / sizeof *repeats; k++) {
+        size_t length = (size_t)sprintf(source, "#usda 1.0\n%s", repeats[k][0]);
+        while (length < CAPACITY)
+            length += (size_t)sprintf(source + length, "%s", repeats[k][1]);
         Reports reports;
         CohortError err;
+        double start = co_clock_seconds();
         assert_null(parse_bytes(source, length, NULL, &reports, &err));
+        assert_true(co_clock_seconds() - start < 5.0);
         assert_true(err.code == COHORT_ERROR_LIMIT || err.code == COHORT_ERROR_USDA_SYNTAX);
-        free(source);
+        assert_true(reports.count > 0 && reports.count <= 100);
     }
+    free(source);
 }
 
 static void files_that_are_no_text(void **state)
@@ -241,7 +268,7 @@ int main(void)
         cmocka_unit_test(headers),
         cmocka_unit_test(one_file_yields_several_errors),
         cmocka_unit_test(limits_hold),
-        cmocka_unit_test(hostile_depth_ends_in_a_limit),
+        cmocka_unit_test(hostile_repeats_are_refused_quickly),
         cmocka_unit_test(files_that_are_no_text),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
