@@ -47,15 +47,19 @@ static const char *join(CoComposer *c, const char *folder, size_t folder_length,
         memcpy(path, folder, folder_length);
     path[folder_length] = '/';
     memcpy(path + folder_length + 1, name, length);
-    return co_composer_need(c, co_token(path, normalize(path, total)));
+    bool is_double = folder_length == 1 && folder[0] == '/';
+    size_t skip = is_double ? 1 : 0;
+    return co_composer_need(c, co_token(path, skip + normalize(path + skip, total - skip)));
 }
 
 const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored)
 {
     if (!*authored)
         return co_composer_need(c, co_token("", 0));
+    // As POSIX has it, exactly two leading slashes may mean something of their own.
     if (authored[0] == '/')
-        return join(c, "", 0, authored);
+        return authored[1] == '/' && authored[2] != '/' ? join(c, "/", 1, authored + 2)
+                                                        : join(c, "", 0, authored);
     char current[4096];
     const char *folder = current;
     size_t length;

@@ -23,7 +23,9 @@ bool co_composer_init(CoComposer *c, const CohortStageOptions *options, CohortEr
     CO_FIELD_NAMES(INTERN)
 #undef INTERN
     c->names.default_value = co_token("default", 7);
-    CO_CHECK(ok && c->names.default_value, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    c->names.any_type = co_token("__AnyType__", 11);
+    CO_CHECK(ok && c->names.default_value && c->names.any_type, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory");
     return true;
 }
 

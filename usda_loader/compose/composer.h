@@ -46,6 +46,7 @@ typedef struct CoFieldNames {
     CO_FIELD_NAMES(CO_FIELD_MEMBER)
 #undef CO_FIELD_MEMBER
     const char *default_value; // "default"
+    const char *any_type;      // "__AnyType__": no type
 } CoFieldNames;
 
 // One layer, read once. `layer` is NULL if it could not be read.

@@ -124,14 +124,15 @@ static bool is_implied_under_relocate(const CoIndexer *indexer, const CoArcSpec 
     return false;
 }
 
-// The site's path as it is called in the frame that encloses `indexer`.
+// What the outer graph will call the site once the rest of the requested path is added to it.
 static const CoPath *path_in_outer(const CoIndexer *indexer, const CoPath *path)
 {
     const CoPath *here = indexer->graph.nodes[0].site->path;
-    if (!co_path_has_prefix(path, here))
+    const CoPath *requested = indexer->frame->requested->path;
+    if (!co_path_has_prefix(requested, here))
         return path;
-    return co_composer_need(indexer->c, co_path_replace_prefix(&indexer->c->paths, path, here,
-                                                               indexer->frame->requested->path));
+    return co_composer_need(indexer->c,
+                            co_path_replace_prefix(&indexer->c->paths, requested, here, path));
 }
 
 static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
@@ -358,13 +359,13 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
         build(indexer, parent, false);
         co_graph_descend(c, &indexer->graph, site->path->name);
         indexer->task_count = 0;
-        if (co_prim_index_is_prohibited(&indexer->graph)) {
-            co_graph_make_inert(&indexer->graph, 0, true);
-            return;
-        }
     }
     if (is_placeholder)
         indexer->graph.nodes[0].is_inert = true;
+    if (co_prim_index_is_prohibited(&indexer->graph)) {
+        co_graph_make_inert(&indexer->graph, 0, true);
+        return;
+    }
     if (site->path->parent) {
         add_tree_tasks(indexer, 0, false, false);
         run_tasks(indexer);

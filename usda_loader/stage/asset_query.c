@@ -33,8 +33,8 @@ static bool any_tile_exists(const char *path, const char *mark)
     return found;
 }
 
-static bool resolve(CohortStage *stage, const CoSource *source, const CohortString *text,
-                    CohortAsset *out)
+bool co_asset_locate(CohortStage *stage, const CoSource *source, const CohortString *text,
+                     CohortAsset *out)
 {
     // Anchoring may intern and evaluate, which the composer does in its own memory.
     CoComposer *c = &stage->composer;
@@ -42,7 +42,7 @@ static bool resolve(CohortStage *stage, const CoSource *source, const CohortStri
         return false;
     const char *why;
     const char *authored = co_expression_evaluate(c, source->stack->variables, text->text, &why);
-    out->authored = authored ? authored : "";
+    out->authored = authored ? authored : text->text;
     out->anchored = co_asset_anchor(c, source->file, out->authored);
     out->resolved = "";
     const char *mark = strstr(out->anchored, "<UDIM>");
@@ -68,7 +68,8 @@ size_t cohort_prim_assets(const CohortPrim *prim, const char *name, double time,
         CohortAsset *assets = co_stage_alloc(stage, value.count, sizeof *assets);
         answer.data = assets;
         for (size_t i = 0; answer.data && i < value.count; i++)
-            if (!resolve(stage, from.source, (const CohortString *)value.data + i, &assets[i]))
+            if (!co_asset_locate(stage, from.source, (const CohortString *)value.data + i,
+                                 &assets[i]))
                 answer.data = NULL;
         if (answer.data)
             co_stage_keep_answer(stage, &key, &answer);

@@ -112,9 +112,11 @@ static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph
 {
     const CoFieldNames *names = &stage->composer.names;
     prim->type = "";
-    for (uint32_t i = 0; i < prim->opinion_count && !*prim->type; i++)
-        if (prim->opinions[i].spec->type_name)
-            prim->type = prim->opinions[i].spec->type_name;
+    for (uint32_t i = 0; i < prim->opinion_count && !*prim->type; i++) {
+        const char *type = prim->opinions[i].spec->type_name;
+        if (type && type != names->any_type)
+            prim->type = type;
+    }
     prim->specifier = (uint8_t)compose_specifier(graph, ordered);
     bool parent_defined = prim->parent->flags & CO_PRIM_DEFINED;
     bool parent_abstract = prim->parent->flags & CO_PRIM_ABSTRACT;

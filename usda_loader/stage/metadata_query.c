@@ -36,7 +36,7 @@ static bool gather(const CohortPrim *prim, const char *property, const char *key
 
 // ---- Dictionaries
 // ---------------------------------------------------------------------------------
-static const CoDict *merge_dicts(const CohortStage *stage, const CoDict *strong, const CoDict *weak)
+const CoDict *co_dict_merge(const CohortStage *stage, const CoDict *strong, const CoDict *weak)
 {
     CoDict *out = co_stage_alloc(stage, 1, sizeof *out);
     CoDictEntry *entries = co_stage_alloc(stage, strong->count + weak->count, sizeof *entries);
@@ -61,7 +61,7 @@ static const CoDict *merge_dicts(const CohortStage *stage, const CoDict *strong,
                 if (!merged)
                     return NULL;
                 *merged = *entry.value;
-                merged->data = merge_dicts(stage, a, b);
+                merged->data = co_dict_merge(stage, a, b);
                 if (!merged->data)
                     return NULL;
                 entry.value = merged;
@@ -79,7 +79,7 @@ static CoAnswer merge_all(const CohortStage *stage, const CoFieldStack *stack)
     for (size_t i = 1; dict && i < stack->count; i++) {
         const CoDict *weak = co_value_dict(&stack->fields[i]->value);
         if (weak)
-            dict = merge_dicts(stage, dict, weak);
+            dict = co_dict_merge(stage, dict, weak);
     }
     return (CoAnswer){.data = dict, .count = 1, .type = COHORT_TYPE_DICTIONARY};
 }

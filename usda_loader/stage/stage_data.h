@@ -161,6 +161,14 @@ typedef struct CoEditTranslate {
 // Edits the list by an op of its item type; false when memory is at an end.
 bool co_edit_list_apply(CoEditList *list, const CoListOp *op, const CoEditTranslate *translate);
 
+// Everything of `strong`, and of `weak` what it lacks, dictionaries within them likewise (with the
+// lock held); NULL when memory is at an end.
+const CoDict *co_dict_merge(const CohortStage *stage, const CoDict *strong, const CoDict *weak);
+
+// Where an asset path leads (with the lock held).
+bool co_asset_locate(CohortStage *stage, const CoSource *source, const CohortString *text,
+                     CohortAsset *out);
+
 // Composed metadata of the prim (property NULL) or of a property.
 bool co_prim_field(const CohortPrim *prim, const char *property, const char *key, CohortValue *out);
 

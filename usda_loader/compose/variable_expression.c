@@ -106,8 +106,8 @@ static CoTerm value_term(CoExpression *x, const CoValue *value)
                     (int64_t)number};
 }
 
-// After "${".
-static CoTerm parse_variable(CoExpression *x)
+// After "${". Within a string an unknown variable stays as it is written.
+static CoTerm parse_variable(CoExpression *x, bool *is_known)
 {
     const char *start = x->at;
     while (x->at < x->end && is_word(*x->at))
@@ -117,7 +117,8 @@ static CoTerm parse_variable(CoExpression *x)
         return fail(x, "a variable's name must stand in ${...}");
     x->at++;
     const CoValue *value = find_variable(x, start, length);
-    return value ? value_term(x, value) : fail(x, "it names a variable that has no value");
+    *is_known = value != NULL;
+    return value ? value_term(x, value) : (CoTerm){0};
 }
 
 typedef struct CoText {
@@ -150,10 +151,14 @@ static CoTerm parse_string(CoExpression *x, char quote)
             put(x, &text, x->at + 1, 1);
             x->at += 2;
         } else if (*x->at == '$' && x->at + 1 < x->end && x->at[1] == '{') {
+            const char *start = x->at;
             x->at += 2;
-            CoTerm term = parse_variable(x);
+            bool is_known = false;
+            CoTerm term = parse_variable(x, &is_known);
             if (x->why)
                 return term;
+            if (!is_known)
+                put(x, &text, start, (size_t)(x->at - start));
             if (term.kind != CO_TERM_STRING && term.kind != CO_TERM_NONE)
                 return fail(x, "a variable within a string must be a string");
             if (term.text)
@@ -262,7 +267,10 @@ static CoTerm parse_term(CoExpression *x)
         term = parse_string(x, quote);
     } else if (*x->at == '$' && x->at + 1 < x->end && x->at[1] == '{') {
         x->at += 2;
-        term = parse_variable(x);
+        bool is_known;
+        term = parse_variable(x, &is_known);
+        if (!x->why && !is_known)
+            term = fail(x, "it names a variable that has no value");
     } else {
         const char *start = x->at;
         if (*x->at == '-')

@@ -1,0 +1,182 @@
+// Writes the composed stage as one layer. Instances are written out in full, each under its own
+// path.
+
+#include "stage/flatten.h"
+
+#include "compose/fields.h"
+
+#include "base/error.h"
+
+#include <math.h>
+#include <string.h>
+
+// ---- Properties
+// -----------------------------------------------------------------------------------
+static void add_targets(CoFlattener *flat, CoSpec *out, const char *field,
+                        const char *const *targets, size_t count)
+{
+    if (!count)
+        return;
+    const char **renamed = co_flat_alloc(flat, count, sizeof *renamed);
+    for (size_t i = 0; i < count; i++)
+        renamed[i] = co_flat_rename(flat, targets[i]);
+    co_flat_add_field(flat, out, field,
+                      co_flat_texts(flat, COHORT_TYPE_PATH_LIST_OP, renamed, count));
+}
+
+static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
+{
+    const CoFieldNames *names = &flat->stage->composer.names;
+    CoValueSource at_default = co_prim_value_source(prim, out->name, true);
+    CoValueSource timed = co_prim_value_source(prim, out->name, false);
+    if (at_default.field)
+        co_flat_add_field(flat, out, names->default_value,
+                          co_flat_value(flat, &at_default.field->value, at_default.source));
+    if (timed.field && timed.field->name != names->default_value)
+        co_flat_add_field(flat, out, timed.field->name,
+                          co_flat_value(flat, &timed.field->value, timed.source));
+    const char *const *targets;
+    size_t count = cohort_prim_connections(prim, out->name, &targets);
+    add_targets(flat, out, names->connectionPaths, targets, count);
+}
+
+static CoSpec *flatten_property(CoFlattener *flat, const CohortPrim *prim, const char *name)
+{
+    CoSpec *out = co_flat_alloc(flat, 1, sizeof *out);
+    CoPropertyWalk walk = co_property_walk(prim, name);
+    out->name = name;
+    out->type_name = "";
+    for (bool is_first = true; co_property_next(&walk); is_first = false) {
+        if (is_first) {
+            out->kind = walk.kind;
+            out->is_custom = walk.spec->is_custom;
+        }
+        if (!*out->type_name && walk.spec->type_name)
+            out->type_name = walk.spec->type_name;
+    }
+    // Only "uniform" is ever authored, so any opinion of it counts; a relationship is one.
+    for (uint32_t i = 0; i < prim->opinion_count && !out->is_uniform; i++) {
+        const CoSpec *spec = co_spec_property(prim->opinions[i].spec, name);
+        out->is_uniform = spec && (spec->is_uniform || spec->kind == CO_SPEC_RELATIONSHIP);
+    }
+    if (out->kind == CO_SPEC_ATTRIBUTE) {
+        flatten_attribute(flat, out, prim);
+    } else {
+        const char *const *targets;
+        size_t count = cohort_prim_targets(prim, name, &targets);
+        add_targets(flat, out, flat->stage->composer.names.targetPaths, targets, count);
+    }
+    co_flat_fields(flat, out, prim, name);
+    return out;
+}
+
+// ---- Prims
+// ----------------------------------------------------------------------------------------
+static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoPath *path);
+
+static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *prim,
+                             const CoPath *path)
+{
+    out->children = co_flat_alloc(flat, prim->child_count, sizeof *out->children);
+    for (uint32_t i = 0; i < prim->child_count; i++) {
+        const CohortPrim *child = &prim->children[i];
+        if (!(child->flags & CO_PRIM_ACTIVE))
+            continue;
+        const CoPath *child_path = co_path_child(&flat->paths, path, child->path->name);
+        if (!child_path)
+            longjmp(flat->escape, 1);
+        CoSpec *made = flatten_prim(flat, child, child_path);
+        made->parent = out;
+        out->children[out->child_count++] = made;
+    }
+}
+
+// The same path, in the flattener's own table.
+static const CoPath *own_path(CoFlattener *flat, const CoPath *path)
+{
+    if (!path->parent)
+        return &flat->paths.root;
+    const CoPath *own = co_path_child(&flat->paths, own_path(flat, path->parent), path->name);
+    if (!own)
+        longjmp(flat->escape, 1);
+    return own;
+}
+
+static void flatten_properties(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
+{
+    size_t count = cohort_prim_property_count(prim);
+    out->properties = co_flat_alloc(flat, count, sizeof *out->properties);
+    for (size_t i = 0; i < count; i++) {
+        CoSpec *property = flatten_property(flat, prim, cohort_prim_property_name(prim, i));
+        property->parent = out;
+        out->properties[out->property_count++] = property;
+    }
+}
+
+static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoPath *path)
+{
+    CoSpec *out = co_flat_alloc(flat, 1, sizeof *out);
+    out->kind = CO_SPEC_PRIM;
+    out->name = prim->path->name;
+    out->specifier = (CohortSpecifier)prim->specifier;
+    out->type_name = prim->type;
+    co_flat_fields(flat, out, prim, NULL);
+    CohortValue instanceable;
+    const char *field = flat->stage->composer.names.instanceable;
+    if (!(prim->flags & CO_PRIM_INSTANCE) && co_prim_field(prim, NULL, field, &instanceable))
+        co_flat_add_field(flat, out, field,
+                          (CoValue){instanceable.type, false, 1, instanceable.data});
+    flatten_properties(flat, out, prim);
+    CoRenaming renaming = {NULL, path, flat->renaming};
+    bool is_shared = prim->prototype && prim->prototype != prim;
+    const CoRenaming *outer = flat->renaming;
+    if (is_shared) {
+        renaming.from = own_path(flat, prim->prototype->path);
+        flat->renaming = &renaming;
+    }
+    flatten_children(flat, out, prim, path);
+    flat->renaming = outer;
+    return out;
+}
+
+static void flatten_root(CoFlattener *flat)
+{
+    const CohortStage *stage = flat->stage;
+    const CoFieldNames *n = &stage->composer.names;
+    CoSpec *root = co_flat_alloc(flat, 1, sizeof *root);
+    root->kind = CO_SPEC_LAYER;
+    root->name = root->type_name = "";
+    flat->layer.root = root;
+    const CoSource source = {.file = stage->stack->root, .stack = stage->stack, .scale = 1};
+    const CoSpec *from = stage->stack->root->layer->root;
+    for (size_t i = 0; i < from->field_count; i++) {
+        const char *name = from->fields[i].name;
+        if (name != n->subLayers && name != n->relocates && name != n->primOrder &&
+            name != n->expressionVariables)
+            co_flat_add_field(flat, root, name,
+                              co_flat_value(flat, &from->fields[i].value, &source));
+    }
+    flatten_children(flat, root, &stage->root, &flat->paths.root);
+}
+
+static bool flatten_guarded(CoFlattener *flat)
+{
+    if (setjmp(flat->escape) != 0)
+        return false;
+    flatten_root(flat);
+    return true;
+}
+
+bool cohort_stage_flatten(const CohortStage *stage, const char *out, CohortError *err)
+{
+    CoFlattener flat = {.stage = stage, .layer.arena.tag = CO_MEMORY_USDA};
+    flat.layer.path = "";
+    co_path_table_init(&flat.paths, &flat.layer.arena);
+    bool ok = flatten_guarded(&flat);
+    if (ok)
+        ok = co_layer_write(&flat.layer, out, err);
+    else
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    co_arena_clear(&flat.layer.arena);
+    return ok;
+}
