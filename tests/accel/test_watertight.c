@@ -52,7 +52,7 @@ static void shared_edges_do_not_leak(void **state)
     } cases[] = {
         {1.0f, {0, 0, 0}},          {1e-6f, {0, 0, 0}},          {1e6f, {0, 0, 0}},
         {1.0f, {1000, -2000, 500}}, {1.0f, {1e5f, 1e5f, -1e5f}}, {1e-18f, {0, 0, 0}},
-        {1e17f, {0, 0, 0}},
+        {1e17f, {0, 0, 0}},         {1e-30f, {0, 0, 0}},         {1e30f, {0, 0, 0}},
     };
     CoRayBatch rays = rays_alloc(RAYS);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
