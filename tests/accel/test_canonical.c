@@ -2,49 +2,95 @@
 
 #include "accel_scene.h"
 
-// The same triangles in another order make another tree; distances may not know.
+enum {
+    SLIVERS = 600,
+    LINES = 20
+};
+
+// Triangles a millionth as wide as long, 30 along each of 20 lines: whatever a ray meets of a line,
+// it meets many of them, at distances that rounding decides.
+static TestMesh mesh_slivers(uint64_t seed)
+{
+    Random random = {seed};
+    TestMesh m = mesh_soup(SLIVERS, 0.5f, seed);
+    CoVec3 ends[LINES][2];
+    for (int i = 0; i < LINES; i++) {
+        ends[i][0] = ends[i][1] = random_vec3(&random, -1.0f, 1.0f);
+        if (i % 2) { // the boxes of such slivers are thin: they know the distance better
+            ends[i][0].x = -1.0f;
+            ends[i][1].x = 1.0f;
+        } else {
+            ends[i][1] = random_vec3(&random, -1.0f, 1.0f);
+        }
+    }
+    for (uint32_t i = 0; i < SLIVERS; i++) {
+        const CoVec3 *line = ends[i % LINES];
+        for (uint32_t c = 0; c < 3; c++) {
+            CoVec3 p = co_lerp3(line[0], line[1], random_float(&random, 0.0f, 1.0f));
+            co_vec3_store(m.points + 9 * i + 3 * c, co_add(p, random_vec3(&random, -1e-6f, 1e-6f)));
+        }
+    }
+    mesh_box(&m);
+    return m;
+}
+
+// Along the lines at small angles.
+static CoRayBatch rays_along_slivers(const TestMesh *slivers, size_t count)
+{
+    Random random = {17};
+    CoRayBatch rays = rays_alloc(count);
+    for (size_t i = 0; i < count; i++) {
+        const float *p = slivers->points + 9 * (random_bits(&random) % SLIVERS);
+        CoVec3 a = co_vec3_load(p), b = co_vec3_load(p + 3);
+        CoVec3 at = co_lerp3(a, b, random_float(&random, 0.0f, 1.0f));
+        float angle = ldexpf(1.0f, -(int)(random_bits(&random) % 20));
+        CoVec3 along = co_normalize(co_sub(b, a));
+        CoVec3 dir = co_madd(along, random_vec3(&random, -1.0f, 1.0f), angle);
+        ray_set(&rays, i, co_madd(at, dir, -2.0f), dir);
+    }
+    return rays;
+}
+
+// Points strewn among the triangles as triangles without area are never hit, but move every split:
+// distances may not know.
 static void hits_do_not_depend_on_the_tree(void **state)
 {
     (void)state;
     enum {
-        RAYS = 20000
+        RAYS = 100000,
+        STREWN = 900
     };
-    TestMesh sliver = mesh_soup(400, 0.5f, 3), turned = mesh_alloc(1200, 400);
-    Random random = {17};
-    for (uint32_t i = 0; i < 400; i++) { // third corner within 1e-6 of the edge
-        float *p = sliver.points + 9 * i, w = random_float(&random, 0.0f, 1.0f);
-        for (int k = 0; k < 3; k++)
-            p[6 + k] = p[k] + w * (p[3 + k] - p[k]) + random_float(&random, -1e-6f, 1e-6f);
+    TestMesh slivers = mesh_slivers(3), strewn = mesh_alloc(3 * SLIVERS, SLIVERS + STREWN);
+    Random random = {23};
+    memcpy(strewn.points, slivers.points, 9 * SLIVERS * sizeof(float));
+    for (uint32_t i = 0; i < 3 * SLIVERS; i++)
+        strewn.indices[i] = i;
+    for (uint32_t i = SLIVERS; i < SLIVERS + STREWN; i++) {
+        uint32_t point = random_bits(&random) % SLIVERS; // a corner of one of the first slivers
+        for (uint32_t c = 0; c < 3; c++)
+            strewn.indices[3 * (size_t)i + c] = point;
     }
-    mesh_box(&sliver);
-    memcpy(turned.points, sliver.points, 3600 * sizeof(float));
-    for (uint32_t i = 0; i < 1200; i++)
-        turned.indices[i] = sliver.indices[3 * ((i / 3 * 171 + 5) % 400) + i % 3];
-    mesh_box(&turned);
-    CoRayBatch rays = rays_alloc(RAYS);
-    for (size_t i = 0; i < RAYS; i++) { // aimed at points of triangles
-        const float *p = sliver.points + 9 * (random_bits(&random) % 400);
-        float w = random_float(&random, 0.0f, 1.0f);
-        CoVec3 at = co_lerp3(co_vec3_load(p), co_vec3_load(p + 3), w);
-        CoVec3 org = random_vec3(&random, -2.0f, 2.0f);
-        ray_set(&rays, i, org, co_sub(at, org));
-    }
+    mesh_box(&strewn);
+    CoRayBatch rays = rays_along_slivers(&slivers, RAYS);
     CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
-    TestMesh *meshes[2] = {&sliver, &turned};
+    TestMesh *meshes[2] = {&slivers, &strewn};
+    size_t count = 0;
     for (int k = 0; k < 2; k++) {
         TestScene s = {0};
-        CoInstance instance =
-            place(scene_add_mesh(&s, meshes[k]), matrix(0.4, co_vec3(1, 2, 1), co_vec3(0, 0, 0)));
+        CoInstance instance = place(scene_add_mesh(&s, meshes[k]), co_mat4d_identity());
         scene_add_group(&s, &instance, 1);
         traverse_all(&s.scene, &rays, NULL, &hits[k], NULL);
         scene_clear(&s);
     }
+    for (size_t i = 0; i < RAYS; i++)
+        count += hits[0].t[i] < INFINITY;
+    assert_true(count > RAYS / 100);
     assert_true(same_bits(hits[0].t, hits[1].t, RAYS));
     for (int k = 0; k < 2; k++)
         hits_free(&hits[k]);
     rays_free(&rays);
-    mesh_free(&sliver);
-    mesh_free(&turned);
+    mesh_free(&slivers);
+    mesh_free(&strewn);
 }
 
 // Equal distances: the smaller path wins, then the smaller triangle.
@@ -88,6 +134,14 @@ static void coincident_quads_break_ties(void **state)
     mesh_free(&quads);
 }
 
+// Rotation about x.
+static CoMat4d roll(double angle)
+{
+    double c = cos(angle), s = sin(angle);
+    CoMat4d m = {{{1, 0, 0, 0}, {0, c, s, 0}, {0, -s, c, 0}, {0, 0, 0, 1}}};
+    return m;
+}
+
 // Slanted, overlapping quads without thickness, far from the origin of their group: all of them are
 // found, and the order in which they are placed does not show in the distances.
 static void flat_instances_are_found_in_any_order(void **state)
@@ -97,12 +151,20 @@ static void flat_instances_are_found_in_any_order(void **state)
         RAYS = 20000,
         QUADS = 50
     };
-    TestMesh quad = mesh_alloc(4, 2);
+    // The second quad is slanted by what its instances turn it back: level up to rounding.
+    TestMesh quads[2] = {mesh_alloc(4, 2), mesh_alloc(4, 2)};
     const float points[12] = {-1, 0, -1, 1, 0, -1, 1, 0, 1, -1, 0, 1};
     const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
-    memcpy(quad.points, points, sizeof points);
-    memcpy(quad.indices, indices, sizeof indices);
-    mesh_box(&quad);
+    const CoMat4d slant = roll(0.7), level = roll(-0.7);
+    const CoAffine slanted = co_affine_from_mat4d(&slant);
+    for (int k = 0; k < 2; k++) {
+        memcpy(quads[k].points, points, sizeof points);
+        memcpy(quads[k].indices, indices, sizeof indices);
+        for (int i = 0; i < 4 && k == 1; i++)
+            co_vec3_store(quads[k].points + 3 * i,
+                          co_affine_point(&slanted, co_vec3_load(points + 3 * i)));
+        mesh_box(&quads[k]);
+    }
     const CoVec3 home = co_vec3(3000, -2000, 500);
     CoInstance instances[2][QUADS];
     Random random = {31};
@@ -113,25 +175,29 @@ static void flat_instances_are_found_in_any_order(void **state)
         CoVec3 offset = co_add(home, random_vec3(&random, -1.0f, 1.0f));
         CoMat4d tilt = matrix(random_float(&random, 0, 6), size, co_vec3(0, 0, 0));
         CoMat4d turn = matrix(0.0, co_vec3(1, 1, 1), offset);
-        double c = cos(0.1 * i), s = sin(0.1 * i); // every fifth quad stays level
-        CoMat4d roll = {{{1, 0, 0, 0}, {0, c, s, 0}, {0, -s, c, 0}, {0, 0, 0, 1}}};
-        if (i % 5 != 0)
-            tilt = co_mat4d_mul(&tilt, &roll);
+        CoMat4d tilted = roll(0.1 * i);
+        if (i % 5 != 0) // every fifth quad stays level
+            tilt = co_mat4d_mul(&tilt, &tilted);
         tilt = co_mat4d_mul(&tilt, &turn);
-        instances[0][i] = place(0, tilt);
+        if (i % 2)
+            tilt = co_mat4d_mul(&level, &tilt);
+        instances[0][i] = place(i % 2, tilt);
         instances[1][(i * 7 + 3) % QUADS] = instances[0][i];
     }
     for (size_t i = 0; i < RAYS; i++) {
         const CoAffine *target = &instances[0][i % QUADS].to_group;
         CoVec3 on_quad = random_vec3(&random, -0.99f, 0.99f);
         on_quad.y = 0.0f;
+        if (i % QUADS % 2)
+            on_quad = co_affine_point(&slanted, on_quad);
         CoVec3 at = co_affine_point(target, on_quad);
         CoVec3 org = co_add(at, random_vec3(&random, -40.0f, 40.0f));
         ray_set(&rays, i, org, co_normalize(co_sub(at, org)));
     }
     for (int k = 0; k < 2; k++) {
         TestScene scene = {0};
-        assert_int_equal(scene_add_mesh(&scene, &quad), 0);
+        assert_int_equal(scene_add_mesh(&scene, &quads[0]), 0);
+        assert_int_equal(scene_add_mesh(&scene, &quads[1]), 1);
         scene_add_group(&scene, instances[k], QUADS);
         traverse_all(&scene.scene, &rays, NULL, &hits[k], NULL);
         scene_clear(&scene);
@@ -142,7 +208,8 @@ static void flat_instances_are_found_in_any_order(void **state)
     hits_free(&hits[0]);
     hits_free(&hits[1]);
     rays_free(&rays);
-    mesh_free(&quad);
+    mesh_free(&quads[0]);
+    mesh_free(&quads[1]);
 }
 
 int main(void)
