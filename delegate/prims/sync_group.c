@@ -52,8 +52,9 @@ static uint32_t *prototype_objects(const CohortRenderIndex *index, const CoPrim 
             highest = source->prototypes[i];
     *count = (size_t)highest + 1;
     uint32_t *objects = cohort_pull_array(pull, *count, sizeof *objects);
+    const char *owner = source->prototype_owner ? source->prototype_owner : prim->path;
     for (size_t i = 0; objects && i < *count; i++) {
-        uint32_t container = co_index_container_find(index, prim->path, (uint32_t)i);
+        uint32_t container = co_index_container_find(index, owner, (uint32_t)i);
         objects[i] = container == COHORT_INVALID_ID ? COHORT_INVALID_ID
                                                     : index->containers[container].object;
     }

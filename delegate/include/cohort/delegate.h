@@ -181,7 +181,8 @@ typedef struct CohortInstancesSample {
 // Placements of an instancer's prototypes.
 typedef struct CohortInstancerSource {
     size_t instance_count;
-    const uint32_t *prototypes; // [instance_count] prototype numbers, NULL = all 0
+    const char *prototype_owner; // whose prototypes these are; NULL = the instancer's own
+    const uint32_t *prototypes;  // [instance_count] prototype numbers, NULL = all 0
     const CohortInstancesSample *samples;
     size_t sample_count;
     const uint8_t *hidden;       // [instance_count], 1 = not drawn; NULL = all drawn
@@ -304,9 +305,9 @@ typedef struct CohortSyncCounts {
 CohortRenderIndex *cohort_render_index_create(CohortDelegate *delegate, CohortError *err);
 
 // Inserts a prim, all dirty. `scene` is borrowed and must outlive the prim; the strings are copied.
-//   instancer  for meshes and instancers: the instancer under one of whose prototypes it stands,
-//   which
-//              may be inserted later; NULL = drawn by itself
+//   instancer  for meshes and instancers: the owner of the prototype it stands in, which is an
+//              instancer (that may be inserted later) or any name that instancers give as their
+//              prototype_owner; NULL = drawn by itself
 //   prototype  which of them, below 2^24
 // Fails when the path is taken. primId of a mesh is its position in the order of insertion.
 bool cohort_render_index_insert(CohortRenderIndex *index, CohortPrimType type, const char *path,

@@ -1,0 +1,412 @@
+// The walk over a stage: every prim that can be drawn, lit or looked through becomes a record.
+
+#include "stage_adapter/adapter.h"
+
+#include "base/error.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_NESTED_PROTOTYPES = 32, KEY_SIZE = 4096 };
+
+typedef struct Walk {
+    CohortAdapter *adapter;
+    CohortError *err;
+} Walk;
+
+static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose);
+
+// ---- What a prim is ----------------------------------------------------------------------------
+
+static bool is_one_of(const char *type, const char *const *types)
+{
+    for (; *types; types++)
+        if (strcmp(type, *types) == 0)
+            return true;
+    return false;
+}
+
+bool co_is_light_type(const char *type)
+{
+    static const char *const types[] = {"RectLight", "DiskLight",   "SphereLight", "DistantLight",
+                                        "DomeLight", "DomeLight_1", NULL};
+    return is_one_of(type, types);
+}
+
+static bool is_unsupported_light(const char *type)
+{
+    static const char *const types[] = {"CylinderLight", "PortalLight",  "GeometryLight",
+                                        "PluginLight",   "LightFilter", "PluginLightFilter",
+                                        NULL};
+    return is_one_of(type, types);
+}
+
+static bool is_unsupported_shape(const char *type)
+{
+    static const char *const types[] = {"BasisCurves",   "HermiteCurves", "NurbsCurves",
+                                        "NurbsPatch",    "Points",        "TetMesh",
+                                        "Volume",        "ParticleField", "PointCloud",
+                                        NULL};
+    return is_one_of(type, types);
+}
+
+// Prims that hold no geometry below.
+static bool is_closed(const char *type)
+{
+    static const char *const types[] = {"Material",       "Shader",        "NodeGraph",
+                                        "GeomSubset",     "RenderSettings", "RenderProduct",
+                                        "RenderVar",      "RenderPass",    NULL};
+    return is_one_of(type, types);
+}
+
+static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim, uint32_t inherited)
+{
+    const char *authored = cohort_prim_token(prim, "purpose", adapter->time, "");
+    if (strcmp(authored, "default") == 0)
+        return COHORT_PURPOSE_DEFAULT;
+    if (strcmp(authored, "render") == 0)
+        return COHORT_PURPOSE_RENDER;
+    if (strcmp(authored, "proxy") == 0)
+        return COHORT_PURPOSE_PROXY;
+    return strcmp(authored, "guide") == 0 ? COHORT_PURPOSE_GUIDE : inherited;
+}
+
+// Invisible at all times: nothing below can undo it, so nothing below is looked at.
+static bool is_never_visible(const CohortAdapter *adapter, const CohortPrim *prim)
+{
+    const double *times;
+    return strcmp(cohort_prim_token(prim, "visibility", adapter->time, "inherited"), "invisible") ==
+               0 &&
+           cohort_prim_time_samples(prim, "visibility", &times) == 0;
+}
+
+// ---- Meshes ------------------------------------------------------------------------------------
+
+static bool add_mesh(Walk *walk, CoPlace place)
+{
+    CohortAdapter *a = walk->adapter;
+    CoRecord record = {.kind = CO_RECORD_MESH,
+                       .path = cohort_prim_path(place.prim),
+                       .prim = place.prim,
+                       .prototype = place.prototype};
+    record.material = co_record_material(a, place, co_binding_resolve(a, place), walk->err);
+    // Subsets name materials of their own, which must be in the index before the mesh is pulled.
+    size_t children = cohort_prim_child_count(place.prim);
+    for (size_t i = 0; i < children; i++) {
+        CoPlace child = {cohort_prim_child(place.prim, i), place.prototype};
+        if (strcmp(cohort_prim_type(child.prim), "GeomSubset") == 0)
+            co_record_material(a, child, co_binding_resolve(a, child), walk->err);
+    }
+    if (cohort_prim_has_api(place.prim, "MeshLightAPI"))
+        co_adapter_report(a, place.prim, "MeshLightAPI", "", "drawn, but gives no light");
+    if (cohort_prim_has_api(place.prim, "SkelBindingAPI"))
+        co_adapter_report(a, place.prim, "SkelBindingAPI", "", "drawn without skinning");
+    return co_record_add(a, &record, COHORT_PRIM_MESH, walk->err) != NULL;
+}
+
+// ---- Prototypes --------------------------------------------------------------------------------
+
+static uint32_t add_prototype(Walk *walk, const CoPrototype *prototype, const char *key)
+{
+    CohortAdapter *a = walk->adapter;
+    uint32_t number = (uint32_t)a->prototype_count;
+    bool ok = co_adapter_grow((void **)&a->prototypes, a->prototype_count, &a->prototype_capacity,
+                              sizeof *a->prototypes) &&
+              (!key || co_string_map_set(&a->prototype_keys, key, number));
+    if (!ok) {
+        CO_FAIL(walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        return COHORT_INVALID_ID;
+    }
+    a->prototypes[a->prototype_count] = *prototype;
+    a->prototypes[a->prototype_count].depth =
+        prototype->outer == CO_WORLD ? 1 : a->prototypes[prototype->outer].depth + 1;
+    a->prototype_count++;
+    return number;
+}
+
+static bool is_too_deep(Walk *walk, CoPlace place)
+{
+    const CohortAdapter *a = walk->adapter;
+    if (place.prototype == CO_WORLD ||
+        a->prototypes[place.prototype].depth < MAX_NESTED_PROTOTYPES)
+        return false;
+    co_adapter_report(a, place.prim, "instancing", "", "prototypes nested too deep: not drawn");
+    return true;
+}
+
+// Prims above a place, itself included, that may hand constant primvars down.
+static size_t primvar_key(const CohortAdapter *adapter, CoPlace place, char *out, size_t size)
+{
+    size_t used = 0;
+    do {
+        size_t count = cohort_prim_property_count(place.prim);
+        for (size_t i = 0; i < count && used < size; i++) {
+            const char *name = cohort_prim_property_name(place.prim, i);
+            // displayColor travels with the placement instead.
+            if (co_starts_with(name, "primvars:") && strcmp(name, "primvars:displayColor") != 0) {
+                int n = snprintf(out + used, size - used, "|%p", (const void *)place.prim);
+                used += n > 0 ? (size_t)n : 0;
+                break;
+            }
+        }
+    } while (co_place_up(adapter, &place));
+    return used;
+}
+
+// The entry of what a native instance shows, made and walked when it is new.
+static uint32_t native_prototype(Walk *walk, CoPlace place, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    const CohortPrim *root = cohort_prim_prototype(place.prim);
+    char binding[KEY_SIZE], primvars[KEY_SIZE], key[2 * KEY_SIZE + 64];
+    primvars[0] = '\0';
+    const char *shared = "";
+    if (!co_binding_key(a, place, binding, sizeof binding) ||
+        primvar_key(a, place, primvars, sizeof primvars) >= sizeof primvars)
+        shared = cohort_prim_path(place.prim); // too much to compare: shared with nothing
+    snprintf(key, sizeof key, "n%p|%u|%s|%s|%.2000s", (const void *)root, (unsigned)purpose, binding,
+             primvars, shared);
+    uint32_t number = co_string_map_find(&a->prototype_keys, key);
+    if (number != COHORT_INVALID_ID)
+        return number;
+    CoPrototype prototype = {
+        .is_native = true, .root = root, .anchor = place.prim, .outer = place.prototype};
+    number = add_prototype(walk, &prototype, key);
+    size_t children = number == COHORT_INVALID_ID ? 0 : cohort_prim_child_count(root);
+    for (size_t i = 0; i < children; i++) {
+        CoPlace child = {cohort_prim_child(root, i), number};
+        if (!walk_prim(walk, child, purpose))
+            return COHORT_INVALID_ID;
+    }
+    return number;
+}
+
+// The record that places all native instances of one prototype or of the world.
+static bool ensure_instances_record(Walk *walk, uint32_t within)
+{
+    CohortAdapter *a = walk->adapter;
+    char path[64];
+    if (within == CO_WORLD)
+        snprintf(path, sizeof path, "/__cohort/instances");
+    else
+        snprintf(path, sizeof path, "/__cohort/instances/%u", (unsigned)within);
+    if (co_record_find(a, path))
+        return true;
+    const char *copy = co_arena_string(&a->arena, path, strlen(path));
+    CO_CHECK_MEMORY(copy, walk->err);
+    CoRecord record = {.kind = CO_RECORD_NATIVE_INSTANCES, .path = copy, .prototype = within};
+    return co_record_add(a, &record, COHORT_PRIM_INSTANCER, walk->err) != NULL;
+}
+
+static bool add_light(Walk *walk, CoPlace place);
+
+static bool has_lights(CohortAdapter *a, const CohortPrim *prim)
+{
+    if (co_is_light_type(cohort_prim_type(prim)))
+        return true;
+    const CohortPrim *shown = cohort_prim_is_instance(prim) ? cohort_prim_prototype(prim) : NULL;
+    uint32_t known =
+        shown ? co_string_map_find(&a->lights_below, cohort_prim_path(shown)) : COHORT_INVALID_ID;
+    if (known != COHORT_INVALID_ID)
+        return known != 0;
+    bool found = false;
+    size_t children = cohort_prim_child_count(prim);
+    for (size_t i = 0; i < children && !found; i++)
+        found = has_lights(a, cohort_prim_child(prim, i));
+    if (shown)
+        co_string_map_set(&a->lights_below, cohort_prim_path(shown), found);
+    return found;
+}
+
+// Lights are no part of a prototype's group: each instance's are lights of the world.
+static bool walk_lights(Walk *walk, CoPlace place)
+{
+    if (co_is_light_type(cohort_prim_type(place.prim)))
+        return add_light(walk, place);
+    const CohortPrim *parent = place.prim;
+    if (cohort_prim_is_instance(place.prim)) {
+        if (!has_lights(walk->adapter, place.prim))
+            return true;
+        CoPrototype unshared = {.is_native = true,
+                                .root = cohort_prim_prototype(place.prim),
+                                .anchor = place.prim,
+                                .outer = place.prototype};
+        parent = unshared.root;
+        place.prototype = add_prototype(walk, &unshared, NULL);
+        if (place.prototype == COHORT_INVALID_ID)
+            return false;
+    }
+    size_t children = cohort_prim_child_count(parent);
+    for (size_t i = 0; i < children; i++)
+        if (!walk_lights(walk, (CoPlace){cohort_prim_child(parent, i), place.prototype}))
+            return false;
+    return true;
+}
+
+static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    if (is_too_deep(walk, place))
+        return true;
+    CoPlacement placement = {.prim = place.prim, .within = place.prototype};
+    placement.prototype = native_prototype(walk, place, purpose);
+    if (placement.prototype == COHORT_INVALID_ID)
+        return false;
+    placement.has_color = co_inherited_color(a, place, placement.color);
+    CO_CHECK(co_adapter_grow((void **)&a->placements, a->placement_count, &a->placement_capacity,
+                             sizeof *a->placements),
+             walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    a->placements[a->placement_count++] = placement;
+    if (place.prototype == CO_WORLD && has_lights(a, place.prim) && !walk_lights(walk, place))
+        return false;
+    return ensure_instances_record(walk, place.prototype);
+}
+
+static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    const CohortPrim *target = cohort_stage_prim(a->stage, path);
+    if (!target) {
+        co_adapter_report(a, place.prim, "prototypes", path, "no such prim: its instances are left out");
+        return COHORT_INVALID_ID;
+    }
+    char key[96];
+    snprintf(key, sizeof key, "p%p|%u|%u", (const void *)target, (unsigned)purpose,
+             (unsigned)place.prototype);
+    uint32_t number = co_string_map_find(&a->prototype_keys, key);
+    if (number != COHORT_INVALID_ID)
+        return number;
+    CoPrototype prototype = {.root = target, .outer = place.prototype};
+    number = add_prototype(walk, &prototype, key);
+    if (number != COHORT_INVALID_ID && !walk_prim(walk, (CoPlace){target, number}, purpose))
+        return COHORT_INVALID_ID;
+    return number;
+}
+
+static bool add_point_instancer(Walk *walk, CoPlace place, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    if (is_too_deep(walk, place))
+        return true;
+    const char *const *targets;
+    size_t count = cohort_prim_targets(place.prim, "prototypes", &targets);
+    CoRecord record = {.kind = CO_RECORD_POINT_INSTANCER,
+                       .path = cohort_prim_path(place.prim),
+                       .prim = place.prim,
+                       .prototype = place.prototype,
+                       .placed = co_arena_array(&a->arena, count, sizeof(uint32_t)),
+                       .placed_count = count};
+    CO_CHECK_MEMORY(record.placed, walk->err);
+    for (size_t i = 0; i < count; i++) {
+        record.placed[i] = point_prototype(walk, place, targets[i], purpose);
+        if (walk->err->code != COHORT_OK)
+            return false;
+    }
+    return co_record_add(a, &record, COHORT_PRIM_INSTANCER, walk->err) != NULL;
+}
+
+// ---- Lights and cameras ------------------------------------------------------------------------
+
+static bool add_light(Walk *walk, CoPlace place)
+{
+    CohortAdapter *a = walk->adapter;
+    CoRecord record = {.kind = CO_RECORD_LIGHT,
+                       .path = cohort_prim_path(place.prim),
+                       .prim = place.prim,
+                       .prototype = place.prototype};
+    a->light_count++;
+    return co_record_add(a, &record, COHORT_PRIM_LIGHT, walk->err) != NULL;
+}
+
+static bool add_camera(Walk *walk, CoPlace place)
+{
+    CohortAdapter *a = walk->adapter;
+    if (place.prototype != CO_WORLD)
+        return true;
+    CoRecord record = {.kind = CO_RECORD_CAMERA,
+                       .path = cohort_prim_path(place.prim),
+                       .prim = place.prim,
+                       .prototype = CO_WORLD};
+    CO_CHECK(co_adapter_grow((void **)&a->cameras, a->camera_count, &a->camera_capacity,
+                             sizeof *a->cameras),
+             walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    a->cameras[a->camera_count++] = record.path;
+    return co_record_add(a, &record, COHORT_PRIM_CAMERA, walk->err) != NULL;
+}
+
+// ---- The walk ----------------------------------------------------------------------------------
+
+// Lights of native prototypes are found by walk_lights; those below a PointInstancer have no way.
+static bool meet_light(Walk *walk, CoPlace place)
+{
+    const CohortAdapter *a = walk->adapter;
+    if (place.prototype == CO_WORLD)
+        return add_light(walk, place);
+    for (uint32_t p = place.prototype; p != CO_WORLD; p = a->prototypes[p].outer)
+        if (!a->prototypes[p].is_native) {
+            co_adapter_report(a, place.prim, cohort_prim_type(place.prim), "",
+                              "a light in a PointInstancer's prototype: left out");
+            break;
+        }
+    return true;
+}
+
+static bool walk_children(Walk *walk, CoPlace place, uint32_t purpose)
+{
+    size_t children = cohort_prim_child_count(place.prim);
+    for (size_t i = 0; i < children; i++)
+        if (!walk_prim(walk, (CoPlace){cohort_prim_child(place.prim, i), place.prototype}, purpose))
+            return false;
+    return true;
+}
+
+static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    const char *type = cohort_prim_type(place.prim);
+    if (is_closed(type))
+        return true;
+    if (strcmp(type, "Camera") == 0 && !add_camera(walk, place))
+        return false;
+    if (is_never_visible(a, place.prim))
+        return true;
+    purpose = purpose_of(a, place.prim, purpose);
+    bool is_drawn = (purpose & a->purposes) != 0;
+    if (strcmp(type, "PointInstancer") == 0)
+        return !is_drawn || add_point_instancer(walk, place, purpose);
+    if (co_is_light_type(type) && !meet_light(walk, place))
+        return false;
+    if (is_drawn && (strcmp(type, "Mesh") == 0 || co_is_implicit_type(type)) &&
+        !add_mesh(walk, place))
+        return false;
+    if (is_unsupported_light(type))
+        co_adapter_report(a, place.prim, type, "", "not supported: left out");
+    if (is_drawn && is_unsupported_shape(type))
+        co_adapter_report(a, place.prim, type, "", "not supported: not drawn");
+    if (cohort_prim_is_instance(place.prim) && cohort_prim_prototype(place.prim))
+        return add_native_instance(walk, place, purpose);
+    return walk_children(walk, place, purpose);
+}
+
+static int compare_placements(const void *a, const void *b)
+{
+    const CoPlacement *x = a, *y = b;
+    if (x->within != y->within)
+        return x->within < y->within ? -1 : 1;
+    return strcmp(cohort_prim_path(x->prim), cohort_prim_path(y->prim));
+}
+
+bool co_walk_stage(CohortAdapter *adapter, CohortError *err)
+{
+    CohortError own = {0};
+    Walk walk = {.adapter = adapter, .err = &own};
+    CoPlace root = {cohort_stage_root(adapter->stage), CO_WORLD};
+    bool ok = walk_children(&walk, root, COHORT_PURPOSE_DEFAULT) && own.code == COHORT_OK;
+    if (adapter->placement_count > 1)
+        qsort(adapter->placements, adapter->placement_count, sizeof *adapter->placements,
+              compare_placements);
+    if (!ok && err && err->code == COHORT_OK)
+        *err = own;
+    return ok;
+}
