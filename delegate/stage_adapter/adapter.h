@@ -1,9 +1,9 @@
 // The stage adapter's own picture of a stage: which prim stands where in the index, and why.
 //
-// Terms: record = one prim given to the index. Prototype = a subtree drawn wherever it is placed: the
-// children of a native instance, or a target of a PointInstancer. Prims below a prototype are shared by
-// all its placements; one prototype may need several entries when what it inherits from the places
-// differs (bindings, purpose, constant primvars).
+// Terms: record = one prim given to the index. Prototype = a subtree drawn wherever it is placed:
+// the children of a native instance, or a target of a PointInstancer. Prims below a prototype are
+// shared by all its placements; one prototype may need several entries when what it inherits from
+// the places differs (bindings, purpose, constant primvars).
 
 #ifndef CO_ADAPTER_H
 #define CO_ADAPTER_H
@@ -34,11 +34,11 @@ typedef enum CoRecordKind {
 
 typedef struct CoRecord {
     CoRecordKind kind;
-    const char *path;         // in the index
-    const CohortPrim *prim;   // NULL for what the adapter makes up and for native instances
-    uint32_t prototype;       // it stands in
-    const char *material;     // meshes: path in the index, NULL = none
-    uint32_t *placed;         // point instancers: entry of each prototype target
+    const char *path;       // in the index
+    const CohortPrim *prim; // NULL for what the adapter makes up and for native instances
+    uint32_t prototype;     // it stands in
+    const char *material;   // meshes: path in the index, NULL = none
+    uint32_t *placed;       // point instancers: entry of each prototype target
     size_t placed_count;
 } CoRecord;
 
@@ -120,7 +120,8 @@ bool co_place_visibility_varies(const CohortAdapter *adapter, CoPlace place);
 // Path of the material bound to a place: purpose full, then all-purpose; NULL = none.
 const char *co_binding_resolve(const CohortAdapter *adapter, CoPlace place);
 
-// A text that is equal for places whose descendants inherit equal bindings; false when it is too long.
+// A text that is equal for places whose descendants inherit equal bindings; false when it is too
+// long.
 bool co_binding_key(const CohortAdapter *adapter, CoPlace place, char *out, size_t size);
 
 // ---- Values (values.c) -------------------------------------------------------------------------
@@ -171,13 +172,13 @@ bool co_is_light_type(const char *type);
 
 bool co_pull_mesh(void *cookie, CohortPull *pull, const char *path, CohortMeshSource *out,
                   CohortError *err);
-bool co_pull_instancer(void *cookie, CohortPull *pull, const char *path,
-                       CohortInstancerSource *out, CohortError *err);
+bool co_pull_instancer(void *cookie, CohortPull *pull, const char *path, CohortInstancerSource *out,
+                       CohortError *err);
 bool co_pull_light(void *cookie, CohortPull *pull, const char *path, CohortLightDesc *out,
                    CohortError *err);
 bool co_pull_camera(void *cookie, const char *path, CohortCameraSource *out, CohortError *err);
-bool co_pull_material(void *cookie, CohortPull *pull, const char *path,
-                      CohortMaterialNetwork *out, CohortError *err);
+bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMaterialNetwork *out,
+                      CohortError *err);
 
 // Primvars of a mesh that something reads, its own and the constant ones it inherits.
 bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull *pull,

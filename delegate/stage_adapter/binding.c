@@ -1,12 +1,14 @@
-// Material binding (UsdShadeMaterialBindingAPI): for each purpose the nearest binding wins unless one
-// above it is stronger; on one prim a collection binding beats the direct one.
+// Material binding (UsdShadeMaterialBindingAPI): for each purpose the nearest binding wins unless
+// one above it is stronger; on one prim a collection binding beats the direct one.
 
 #include "stage_adapter/adapter.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_CHAIN = 1024 };
+enum {
+    MAX_CHAIN = 1024
+};
 
 typedef struct Binding {
     const char *material; // NULL = none
@@ -110,8 +112,8 @@ static Binding own_binding(const CohortAdapter *adapter, const CohortPrim *prim,
                            const char *leaf)
 {
     Binding found = collection_binding(
-        adapter, prim, full ? "material:binding:collection:full:" : "material:binding:collection:",
-        leaf);
+        adapter, prim,
+        full ? "material:binding:collection:full:" : "material:binding:collection:", leaf);
     if (found.material)
         return found;
     const char *direct = full ? "material:binding:full" : "material:binding";
@@ -163,8 +165,8 @@ bool co_binding_key(const CohortAdapter *adapter, CoPlace place, char *out, size
         if (has_collections(chain.prims[i]))
             alone = cohort_prim_path(place.prim);
     Binding full = resolve(adapter, &chain, true), all = resolve(adapter, &chain, false);
-    int length = snprintf(out, size, "%s%d|%s%d|%s", full.material ? full.material : "",
-                          (int)full.is_strong, all.material ? all.material : "",
-                          (int)all.is_strong, alone);
+    int length =
+        snprintf(out, size, "%s%d|%s%d|%s", full.material ? full.material : "", (int)full.is_strong,
+                 all.material ? all.material : "", (int)all.is_strong, alone);
     return length >= 0 && (size_t)length < size;
 }

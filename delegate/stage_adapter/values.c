@@ -11,7 +11,14 @@ bool co_starts_with(const char *text, const char *prefix)
 
 // ---- Numbers -----------------------------------------------------------------------------------
 
-typedef enum Scalar { SCALAR_NONE = 0, SCALAR_HALF, SCALAR_FLOAT, SCALAR_DOUBLE, SCALAR_INT, SCALAR_BOOL } Scalar;
+typedef enum Scalar {
+    SCALAR_NONE = 0,
+    SCALAR_HALF,
+    SCALAR_FLOAT,
+    SCALAR_DOUBLE,
+    SCALAR_INT,
+    SCALAR_BOOL
+} Scalar;
 
 typedef struct Layout {
     Scalar scalar;
@@ -25,26 +32,26 @@ static Layout layout_of(CohortType type)
         CohortType type;
         Layout layout;
     } table[] = {
-        {COHORT_TYPE_BOOL, {SCALAR_BOOL, 1}},        {COHORT_TYPE_INT, {SCALAR_INT, 1}},
-        {COHORT_TYPE_INT2, {SCALAR_INT, 2}},         {COHORT_TYPE_INT3, {SCALAR_INT, 3}},
-        {COHORT_TYPE_INT4, {SCALAR_INT, 4}},         {COHORT_TYPE_HALF, {SCALAR_HALF, 1}},
-        {COHORT_TYPE_HALF2, {SCALAR_HALF, 2}},       {COHORT_TYPE_HALF3, {SCALAR_HALF, 3}},
-        {COHORT_TYPE_HALF4, {SCALAR_HALF, 4}},       {COHORT_TYPE_POINT3H, {SCALAR_HALF, 3}},
-        {COHORT_TYPE_NORMAL3H, {SCALAR_HALF, 3}},    {COHORT_TYPE_VECTOR3H, {SCALAR_HALF, 3}},
-        {COHORT_TYPE_COLOR3H, {SCALAR_HALF, 3}},     {COHORT_TYPE_COLOR4H, {SCALAR_HALF, 4}},
-        {COHORT_TYPE_TEXCOORD2H, {SCALAR_HALF, 2}},  {COHORT_TYPE_TEXCOORD3H, {SCALAR_HALF, 3}},
-        {COHORT_TYPE_QUATH, {SCALAR_HALF, 4}},       {COHORT_TYPE_FLOAT, {SCALAR_FLOAT, 1}},
-        {COHORT_TYPE_FLOAT2, {SCALAR_FLOAT, 2}},     {COHORT_TYPE_FLOAT3, {SCALAR_FLOAT, 3}},
-        {COHORT_TYPE_FLOAT4, {SCALAR_FLOAT, 4}},     {COHORT_TYPE_POINT3F, {SCALAR_FLOAT, 3}},
-        {COHORT_TYPE_NORMAL3F, {SCALAR_FLOAT, 3}},   {COHORT_TYPE_VECTOR3F, {SCALAR_FLOAT, 3}},
-        {COHORT_TYPE_COLOR3F, {SCALAR_FLOAT, 3}},    {COHORT_TYPE_COLOR4F, {SCALAR_FLOAT, 4}},
-        {COHORT_TYPE_TEXCOORD2F, {SCALAR_FLOAT, 2}}, {COHORT_TYPE_TEXCOORD3F, {SCALAR_FLOAT, 3}},
-        {COHORT_TYPE_QUATF, {SCALAR_FLOAT, 4}},      {COHORT_TYPE_DOUBLE, {SCALAR_DOUBLE, 1}},
-        {COHORT_TYPE_TIMECODE, {SCALAR_DOUBLE, 1}},  {COHORT_TYPE_DOUBLE2, {SCALAR_DOUBLE, 2}},
-        {COHORT_TYPE_DOUBLE3, {SCALAR_DOUBLE, 3}},   {COHORT_TYPE_DOUBLE4, {SCALAR_DOUBLE, 4}},
-        {COHORT_TYPE_POINT3D, {SCALAR_DOUBLE, 3}},   {COHORT_TYPE_NORMAL3D, {SCALAR_DOUBLE, 3}},
-        {COHORT_TYPE_VECTOR3D, {SCALAR_DOUBLE, 3}},  {COHORT_TYPE_COLOR3D, {SCALAR_DOUBLE, 3}},
-        {COHORT_TYPE_COLOR4D, {SCALAR_DOUBLE, 4}},   {COHORT_TYPE_TEXCOORD2D, {SCALAR_DOUBLE, 2}},
+        {COHORT_TYPE_BOOL, {SCALAR_BOOL, 1}},         {COHORT_TYPE_INT, {SCALAR_INT, 1}},
+        {COHORT_TYPE_INT2, {SCALAR_INT, 2}},          {COHORT_TYPE_INT3, {SCALAR_INT, 3}},
+        {COHORT_TYPE_INT4, {SCALAR_INT, 4}},          {COHORT_TYPE_HALF, {SCALAR_HALF, 1}},
+        {COHORT_TYPE_HALF2, {SCALAR_HALF, 2}},        {COHORT_TYPE_HALF3, {SCALAR_HALF, 3}},
+        {COHORT_TYPE_HALF4, {SCALAR_HALF, 4}},        {COHORT_TYPE_POINT3H, {SCALAR_HALF, 3}},
+        {COHORT_TYPE_NORMAL3H, {SCALAR_HALF, 3}},     {COHORT_TYPE_VECTOR3H, {SCALAR_HALF, 3}},
+        {COHORT_TYPE_COLOR3H, {SCALAR_HALF, 3}},      {COHORT_TYPE_COLOR4H, {SCALAR_HALF, 4}},
+        {COHORT_TYPE_TEXCOORD2H, {SCALAR_HALF, 2}},   {COHORT_TYPE_TEXCOORD3H, {SCALAR_HALF, 3}},
+        {COHORT_TYPE_QUATH, {SCALAR_HALF, 4}},        {COHORT_TYPE_FLOAT, {SCALAR_FLOAT, 1}},
+        {COHORT_TYPE_FLOAT2, {SCALAR_FLOAT, 2}},      {COHORT_TYPE_FLOAT3, {SCALAR_FLOAT, 3}},
+        {COHORT_TYPE_FLOAT4, {SCALAR_FLOAT, 4}},      {COHORT_TYPE_POINT3F, {SCALAR_FLOAT, 3}},
+        {COHORT_TYPE_NORMAL3F, {SCALAR_FLOAT, 3}},    {COHORT_TYPE_VECTOR3F, {SCALAR_FLOAT, 3}},
+        {COHORT_TYPE_COLOR3F, {SCALAR_FLOAT, 3}},     {COHORT_TYPE_COLOR4F, {SCALAR_FLOAT, 4}},
+        {COHORT_TYPE_TEXCOORD2F, {SCALAR_FLOAT, 2}},  {COHORT_TYPE_TEXCOORD3F, {SCALAR_FLOAT, 3}},
+        {COHORT_TYPE_QUATF, {SCALAR_FLOAT, 4}},       {COHORT_TYPE_DOUBLE, {SCALAR_DOUBLE, 1}},
+        {COHORT_TYPE_TIMECODE, {SCALAR_DOUBLE, 1}},   {COHORT_TYPE_DOUBLE2, {SCALAR_DOUBLE, 2}},
+        {COHORT_TYPE_DOUBLE3, {SCALAR_DOUBLE, 3}},    {COHORT_TYPE_DOUBLE4, {SCALAR_DOUBLE, 4}},
+        {COHORT_TYPE_POINT3D, {SCALAR_DOUBLE, 3}},    {COHORT_TYPE_NORMAL3D, {SCALAR_DOUBLE, 3}},
+        {COHORT_TYPE_VECTOR3D, {SCALAR_DOUBLE, 3}},   {COHORT_TYPE_COLOR3D, {SCALAR_DOUBLE, 3}},
+        {COHORT_TYPE_COLOR4D, {SCALAR_DOUBLE, 4}},    {COHORT_TYPE_TEXCOORD2D, {SCALAR_DOUBLE, 2}},
         {COHORT_TYPE_TEXCOORD3D, {SCALAR_DOUBLE, 3}}, {COHORT_TYPE_QUATD, {SCALAR_DOUBLE, 4}},
     };
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
@@ -90,7 +97,8 @@ bool co_values_floats(const CohortValue *value, CohortPull *pull, CoFloats *out)
     Layout layout = layout_of(value->type);
     if (layout.scalar == SCALAR_NONE)
         return false;
-    *out = (CoFloats){.values = value->data, .count = value->count, .components = layout.components};
+    *out =
+        (CoFloats){.values = value->data, .count = value->count, .components = layout.components};
     if (layout.scalar == SCALAR_FLOAT)
         return true;
     size_t total;

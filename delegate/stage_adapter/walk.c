@@ -8,7 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_NESTED_PROTOTYPES = 32, KEY_SIZE = 4096 };
+enum {
+    MAX_NESTED_PROTOTYPES = 32,
+    KEY_SIZE = 4096
+};
 
 typedef struct Walk {
     CohortAdapter *adapter;
@@ -36,27 +39,26 @@ bool co_is_light_type(const char *type)
 
 static bool is_unsupported_light(const char *type)
 {
-    static const char *const types[] = {"CylinderLight", "PortalLight",  "GeometryLight",
-                                        "PluginLight",   "LightFilter", "PluginLightFilter",
-                                        NULL};
+    static const char *const types[] = {
+        "CylinderLight",     "PortalLight", "GeometryLight", "PluginLight", "LightFilter",
+        "PluginLightFilter", NULL};
     return is_one_of(type, types);
 }
 
 static bool is_unsupported_shape(const char *type)
 {
-    static const char *const types[] = {"BasisCurves",   "HermiteCurves", "NurbsCurves",
-                                        "NurbsPatch",    "Points",        "TetMesh",
-                                        "Volume",        "ParticleField", "PointCloud",
-                                        NULL};
+    static const char *const types[] = {
+        "BasisCurves", "HermiteCurves", "NurbsCurves",   "NurbsPatch", "Points",
+        "TetMesh",     "Volume",        "ParticleField", "PointCloud", NULL};
     return is_one_of(type, types);
 }
 
 // Prims that hold no geometry below.
 static bool is_closed(const char *type)
 {
-    static const char *const types[] = {"Material",       "Shader",        "NodeGraph",
-                                        "GeomSubset",     "RenderSettings", "RenderProduct",
-                                        "RenderVar",      "RenderPass",    NULL};
+    static const char *const types[] = {"Material",   "Shader",         "NodeGraph",
+                                        "GeomSubset", "RenderSettings", "RenderProduct",
+                                        "RenderVar",  "RenderPass",     NULL};
     return is_one_of(type, types);
 }
 
@@ -128,8 +130,7 @@ static uint32_t add_prototype(Walk *walk, const CoPrototype *prototype, const ch
 static bool is_too_deep(Walk *walk, CoPlace place)
 {
     const CohortAdapter *a = walk->adapter;
-    if (place.prototype == CO_WORLD ||
-        a->prototypes[place.prototype].depth < MAX_NESTED_PROTOTYPES)
+    if (place.prototype == CO_WORLD || a->prototypes[place.prototype].depth < MAX_NESTED_PROTOTYPES)
         return false;
     co_adapter_report(a, place.prim, "instancing", "", "prototypes nested too deep: not drawn");
     return true;
@@ -165,8 +166,8 @@ static uint32_t native_prototype(Walk *walk, CoPlace place, uint32_t purpose)
     if (!co_binding_key(a, place, binding, sizeof binding) ||
         primvar_key(a, place, primvars, sizeof primvars) >= sizeof primvars)
         shared = cohort_prim_path(place.prim); // too much to compare: shared with nothing
-    snprintf(key, sizeof key, "n%p|%u|%s|%s|%.2000s", (const void *)root, (unsigned)purpose, binding,
-             primvars, shared);
+    snprintf(key, sizeof key, "n%p|%u|%s|%s|%.2000s", (const void *)root, (unsigned)purpose,
+             binding, primvars, shared);
     uint32_t number = co_string_map_find(&a->prototype_keys, key);
     if (number != COHORT_INVALID_ID)
         return number;
@@ -268,7 +269,8 @@ static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uin
     CohortAdapter *a = walk->adapter;
     const CohortPrim *target = cohort_stage_prim(a->stage, path);
     if (!target) {
-        co_adapter_report(a, place.prim, "prototypes", path, "no such prim: its instances are left out");
+        co_adapter_report(a, place.prim, "prototypes", path,
+                          "no such prim: its instances are left out");
         return COHORT_INVALID_ID;
     }
     char key[96];
