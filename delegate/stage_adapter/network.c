@@ -192,12 +192,16 @@ static const char *surface_output(const CohortPrim *material)
     return other;
 }
 
+// A UsdPreviewSurface's displacement output says nothing by itself: its input is looked at elsewhere.
 static void report_terminals(const CohortAdapter *a, const CohortPrim *material)
 {
     static const char *const names[] = {"outputs:displacement", "outputs:volume"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         const char *const *connections;
-        if (cohort_prim_connections(material, names[i], &connections))
+        if (cohort_prim_connections(material, names[i], &connections) == 0)
+            continue;
+        Source source = follow(a, (Source){.prim = material, .attribute = names[i]});
+        if (!source.is_output || strcmp(shader_id(a, source.prim), "UsdPreviewSurface") != 0)
             co_adapter_report(a, material, names[i], connections[0], "not supported: ignored");
     }
 }

@@ -32,6 +32,17 @@ static void note_edit(void)
         fake.edits_during_render++;
 }
 
+// What comes after the first FAKE_MAX is not kept apart.
+static uint32_t slot(uint32_t id)
+{
+    return id < FAKE_MAX ? id : FAKE_MAX - 1;
+}
+
+static FakeObject *object_at(uint32_t id)
+{
+    return &fake.objects[slot(id)];
+}
+
 static void copy_path(char out[FAKE_PATH], const char *path)
 {
     strncpy(out, path ? path : "", FAKE_PATH - 1);
@@ -63,7 +74,7 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
     note_edit();
     fake.set_mesh_calls++;
     CO_CHECK(!fake.fail_set_mesh, err, COHORT_ERROR_SCENE, "refused on purpose");
-    FakeObject *o = &fake.objects[object];
+    FakeObject *o = object_at(object);
     *o = (FakeObject){.is_mesh = true,
                       .level = desc->level,
                       .material = desc->material,
@@ -85,7 +96,7 @@ bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
     (void)scene, (void)err;
     note_edit();
     fake.set_group_calls++;
-    FakeObject *o = &fake.objects[object];
+    FakeObject *o = object_at(object);
     *o = (FakeObject){.is_group = true, .instance_count = count};
     for (size_t i = 0; i < count && i < 64; i++) {
         o->instances[i] = instances[i];
@@ -100,7 +111,7 @@ void cohort_scene_clear_object(CohortScene *scene, uint32_t object)
 {
     (void)scene;
     note_edit();
-    fake.objects[object] = (FakeObject){0};
+    *object_at(object) = (FakeObject){0};
 }
 
 CohortMaterialDesc cohort_material_default(void)
@@ -116,8 +127,8 @@ uint32_t cohort_scene_new_texture(CohortScene *scene, const CohortTextureDesc *d
 {
     (void)scene, (void)err;
     note_edit();
-    fake.textures[fake.texture_count] = *desc;
-    copy_path(fake.texture_paths[fake.texture_count], desc->path);
+    fake.textures[slot(fake.texture_count)] = *desc;
+    copy_path(fake.texture_paths[slot(fake.texture_count)], desc->path);
     return fake.texture_count++;
 }
 
@@ -133,9 +144,10 @@ bool cohort_scene_set_material(CohortScene *scene, uint32_t material,
     (void)scene, (void)err;
     note_edit();
     fake.set_material_calls++;
-    fake.materials[material] = *desc;
+    fake.materials[slot(material)] = *desc;
     if (desc->lookup_count)
-        memcpy(fake.lookups[material], desc->lookups, desc->lookup_count * sizeof *desc->lookups);
+        memcpy(fake.lookups[slot(material)], desc->lookups,
+               desc->lookup_count * sizeof *desc->lookups);
     return true;
 }
 
@@ -156,7 +168,7 @@ bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLigh
     (void)scene, (void)err;
     note_edit();
     fake.set_light_calls++;
-    fake.lights[light] = *desc;
+    fake.lights[slot(light)] = *desc;
     return true;
 }
 
@@ -186,8 +198,10 @@ void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out)
 
 bool cohort_scene_bounds(const CohortScene *scene, double box[6])
 {
-    (void)scene, (void)box;
-    return false;
+    (void)scene;
+    const double unit[6] = {-1, -2, -3, 1, 2, 3};
+    memcpy(box, unit, sizeof unit);
+    return true;
 }
 
 size_t cohort_scene_warnings(const CohortScene *scene, const CohortDiagnostic **out)
