@@ -311,10 +311,29 @@ void co_index_setting_changed(CohortRenderIndex *index, CoSetting setting)
         index->needs_commit = true;
 }
 
+// The renderer commits nothing without a camera; which one matters only when a pass begins.
+static bool ensure_camera(CohortRenderIndex *index, CohortError *err)
+{
+    if (index->has_camera_set)
+        return true;
+    CohortCameraDesc *any = &index->camera_set;
+    memset(any, 0, sizeof *any);
+    for (int i = 0; i < 4; i++)
+        any->transform[i][i] = 1.0;
+    any->window[0] = any->window[2] = -1.0;
+    any->window[1] = any->window[3] = 1.0;
+    any->clip_near = 1.0;
+    any->clip_far = 1e6;
+    index->has_camera_set = cohort_scene_set_camera(index->scene, any, err);
+    return index->has_camera_set;
+}
+
 bool co_index_commit(CohortRenderIndex *index, CohortError *err)
 {
     if (!index->needs_commit)
         return true;
+    if (!ensure_camera(index, err))
+        return false;
     double start = co_clock_seconds();
     CohortSceneOptions options;
     co_settings_scene(&index->delegate->settings, &options);
