@@ -83,7 +83,7 @@ const void *co_block_cache_get(CoBlockCache *cache, CoReader *reader, const CoTe
     if (!added)
         return NULL;
     if (!co_reader_decode(reader, file, request, added->texels)) {
-        *is_damaged = true;
+        *is_damaged = !co_reader_is_short(reader, file);
         co_free(CO_MEMORY_TEXTURE, added, size);
         return NULL;
     }

@@ -15,6 +15,7 @@
 
 #define CHUNK 4096           // lookups that one worker turns into requests at a time
 #define GROUP_GRAIN 4        // blocks that one worker takes at a time
+#define PREFETCH 32          // blocks that reading is ahead of decoding
 #define IN_CORE_MOST ((size_t)256 << 20) // larger arrays of a batch lie in scratch files
 
 typedef struct Chunk {
@@ -231,11 +232,14 @@ static void read_group(Batch *batch, const CoBlockEntry *entries, size_t count, 
     }
     CoRequest *requests[256];
     bool is_read = co_reader_decode(reader, file, whole, texels);
-    bool ok = true;
+    bool ok = is_read || !co_reader_is_short(reader, file);
     for (size_t i = 0; i < count && ok; i += 256) {
         size_t n = count - i < 256 ? count - i : 256;
-        for (size_t j = 0; j < n; j++)
+        for (size_t j = 0; j < n; j++) {
             requests[j] = entries[i + j].request;
+            __builtin_prefetch(requests[j], 1); // they lie in the order of lookups, not of blocks
+            __builtin_prefetch(requests[j]->weights);
+        }
         if (is_read)
             ok = co_reader_serve(reader, file, textures->textures, whole, requests, n, texels);
         else
@@ -251,9 +255,29 @@ static void read_group(Batch *batch, const CoBlockEntry *entries, size_t count, 
     }
 }
 
+// Asks the system for the blocks that will be read next, in the order of the file.
+static void prefetch_groups(const Batch *batch, size_t begin, size_t end)
+{
+    if (end > batch->group_count)
+        return;
+    const CoBlockEntry *first = &batch->entries[batch->groups[begin]];
+    const CoBlockEntry *last = &batch->entries[batch->groups[end - 1]];
+    const CoTextureFile *file = batch->textures->files[first->request->file];
+    if (!file->ptex || last->request->file != first->request->file)
+        return;
+    const CoPtexBlock *from = &file->ptex->blocks[first->request->block];
+    const CoPtexBlock *to = &file->ptex->blocks[last->request->block];
+    uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+    uintptr_t at = (uintptr_t)file->ptex->map.data + from->offset;
+    uintptr_t stop = (uintptr_t)file->ptex->map.data + to->offset + co_ptex_stored_size(to);
+    at -= at % page;
+    madvise((void *)at, stop - at, MADV_WILLNEED); // only a hint: its failure changes nothing
+}
+
 static void read_groups(void *context, size_t begin, size_t end, uint32_t worker)
 {
     Batch *batch = context;
+    prefetch_groups(batch, begin + PREFETCH, end + PREFETCH);
     for (size_t i = begin; i < end && !is_stopped(batch); i++)
         read_group(batch, batch->entries + batch->groups[i],
                    batch->groups[i + 1] - batch->groups[i], worker);

@@ -67,6 +67,7 @@ static bool reserve_tile(CoPtexDecoder *decoder, size_t size)
     co_free(CO_MEMORY_TEXTURE, decoder->tile, decoder->tile_size);
     decoder->tile = co_alloc(CO_MEMORY_TEXTURE, size);
     decoder->tile_size = decoder->tile ? size : 0;
+    decoder->is_short = !decoder->tile;
     return decoder->tile != NULL;
 }
 

@@ -15,6 +15,7 @@ typedef struct CoPtexDecoder {
     CoBlockCount *count; // may be NULL
     unsigned char *tile; // scratch for assembling tiled faces
     size_t tile_size;
+    bool is_short; // memory for it was missing
 } CoPtexDecoder;
 
 void co_ptex_decoder_clear(CoPtexDecoder *decoder);

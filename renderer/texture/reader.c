@@ -50,6 +50,11 @@ bool co_reader_decode(CoReader *reader, const CoTextureFile *file, const CoReque
                               out);
 }
 
+bool co_reader_is_short(const CoReader *reader, const CoTextureFile *file)
+{
+    return file->ptex && (reader->decoder.is_short || !reader->decoder.inflate.state);
+}
+
 static void sum_image(const CoTextureFile *file, CoRequest *request, const float *texels)
 {
     uint32_t channels = file->image->channels;

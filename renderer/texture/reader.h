@@ -22,6 +22,9 @@ size_t co_reader_block_size(const CoTextureFile *file, const CoRequest *request)
 bool co_reader_decode(CoReader *reader, const CoTextureFile *file, const CoRequest *request,
                       void *out);
 
+// True when the decoding that just failed did so for want of memory.
+bool co_reader_is_short(const CoReader *reader, const CoTextureFile *file);
+
 // Reader scratch of at least `size` bytes for a decoded block, or NULL.
 void *co_reader_texels(CoReader *reader, size_t size);
 

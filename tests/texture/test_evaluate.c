@@ -5,8 +5,11 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "texture/ptex_filter.h"
+#include "texture/textures.h"
 
-#define COUNT 20000
+#include <math.h>
+
+#define COUNT 8000
 
 static CoLookup lookups[COUNT];
 static float expected[COUNT][4], results[COUNT][4];
@@ -110,6 +113,71 @@ static void a_batch_equals_single_evaluations(void **state)
     }
     co_ptex_decoder_clear(&decoder);
     co_ptex_close(file);
+    co_textures_destroy(textures);
+}
+
+// Files whose tiles are so small that a coarse texel spans several, and whose faces have no levels.
+static void tiled_files_agree_with_single_evaluations(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"odd_small_tiles", "tiled_u8_rgb", "tanvec_tiled_u8_c3",
+                                        "nomip_u8_rgb", "odd_long_thin", "edited_applied"};
+    for (int n = 0; n < 6; n++) {
+        char path[512];
+        snprintf(path, sizeof path, COHORT_SHARED_DIR "/ptex/goldens/%s.ptx", names[n]);
+        CohortError err = {0};
+        CoPtexFile *file = co_ptex_open(path, &err);
+        if (!file)
+            skip();
+        Warnings warnings = {0};
+        CoTextures *textures = create_textures(&warnings, 200000);
+        CohortTextureDesc desc = {.path = path, .color_space = COHORT_COLOR_RAW};
+        assert_int_equal(co_textures_add(textures, &desc, &err), 0);
+        make_lookups(1, file->faces_count);
+        for (int mode = 0; mode < 2; mode++) {
+            evaluate(textures, (CoLookupMode)mode, 1);
+            if (mode == 0)
+                memcpy(expected, results, sizeof expected);
+            assert_memory_equal(expected, results, sizeof expected);
+        }
+        CoPtexDecoder decoder = {0};
+        for (int i = 0; i < COUNT; i += 101) {
+            const CoLookup *l = &lookups[i];
+            CoPtexQuery query = {l->face, l->s, l->t, l->ds0, l->dt0, l->ds1, l->dt1, 1, 0};
+            float first[2];
+            uint32_t channels = file->channels < 2 ? 1 : 2;
+            assert_true(co_ptex_evaluate(file, &(CoPtexFilter){0}, &query, 0, channels, &decoder,
+                                         first, &err));
+            for (uint32_t c = 0; c < channels; c++) // cut at tiles, the sums round otherwise
+                assert_true(fabsf(first[c] - results[i][c]) < 2e-6f);
+        }
+        co_ptex_decoder_clear(&decoder);
+        co_ptex_close(file);
+        co_textures_destroy(textures);
+        assert_int_equal(warnings.count, 0);
+    }
+}
+
+static void requests_over_budget_go_to_scratch_files(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    Warnings warnings = {0};
+    CoTextures *textures = create_textures(&warnings, 1);
+    CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
+    co_textures_add(textures, &desc, &err);
+    make_lookups(1, 16);
+    evaluate(textures, CO_LOOKUP_SORTED, 1);
+    memcpy(expected, results, sizeof expected);
+    atomic_store(&textures->request_budget, 0);
+    size_t peak = co_memory_peak(CO_MEMORY_TEXTURE);
+    evaluate(textures, CO_LOOKUP_SORTED, 1);
+    assert_memory_equal(expected, results, sizeof expected);
+    assert_int_equal(co_memory_peak(CO_MEMORY_TEXTURE), peak);
+    // Where there is no room for them either, the batch fails and says so.
+    assert_false(co_textures_evaluate(textures, lookups, COUNT, results, CO_LOOKUP_SORTED, NULL,
+                                      "/nowhere", NULL, &err));
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
     co_textures_destroy(textures);
 }
 
@@ -253,6 +321,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_schedules_give_the_same_bits),
         cmocka_unit_test(a_batch_equals_single_evaluations),
+        cmocka_unit_test(tiled_files_agree_with_single_evaluations),
+        cmocka_unit_test(requests_over_budget_go_to_scratch_files),
         cmocka_unit_test(blocks_are_read_once_though_kernels_cross),
         cmocka_unit_test(damaged_blocks_show_the_fallback),
         cmocka_unit_test(missing_files_are_magenta),
