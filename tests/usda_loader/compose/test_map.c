@@ -1,0 +1,98 @@
+// Map functions: longest match, no way back means no image, and composition.
+
+#include "compose/map.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static CoArena arena = {.tag = CO_MEMORY_USDA};
+static CoPathTable table;
+
+static int begin(void **state)
+{
+    (void)state;
+    co_path_table_init(&table, &arena);
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    co_arena_clear(&arena);
+    return 0;
+}
+
+static const CoPath *path(const char *text)
+{
+    bool malformed;
+    return co_path_parse(&table, text, strlen(text), &table.root, &malformed);
+}
+
+static void a_reference_maps_its_prim_only(void **state)
+{
+    (void)state;
+    const CoMap *map = co_map_pair(&table, path("/Model"), path("/World/M"), false, 10, 2);
+    assert_ptr_equal(co_map_to_target(&table, map, path("/Model/Geo")), path("/World/M/Geo"));
+    assert_ptr_equal(co_map_to_source(&table, map, path("/World/M")), path("/Model"));
+    assert_null(co_map_to_target(&table, map, path("/Other")));
+    assert_null(co_map_to_source(&table, map, path("/World")));
+}
+
+static void a_class_maps_the_rest_to_itself(void **state)
+{
+    (void)state;
+    const CoMap *map = co_map_pair(&table, path("/C"), path("/A"), true, 0, 1);
+    assert_ptr_equal(co_map_to_target(&table, map, path("/C/x")), path("/A/x"));
+    assert_ptr_equal(co_map_to_target(&table, map, path("/Other")), path("/Other"));
+    // /A itself is what /C became: nothing leads there by identity.
+    assert_null(co_map_to_target(&table, map, path("/A")));
+    assert_null(co_map_to_source(&table, map, path("/C")));
+}
+
+static void maps_compose_and_invert(void **state)
+{
+    (void)state;
+    const CoMap *inner = co_map_pair(&table, path("/Leaf"), path("/Tree/L"), false, 1, 2);
+    const CoMap *outer = co_map_pair(&table, path("/Tree"), path("/World/T"), false, 10, 3);
+    const CoMap *both = co_map_compose(&table, outer, inner);
+    assert_ptr_equal(co_map_to_target(&table, both, path("/Leaf/v")), path("/World/T/L/v"));
+    assert_null(co_map_to_target(&table, both, path("/Tree/L")));
+    assert_true(both->scale == 6 && both->offset == 13);
+    const CoMap *back = co_map_inverse(&table, both);
+    assert_ptr_equal(co_map_to_target(&table, back, path("/World/T/L")), path("/Leaf"));
+    assert_true(back->scale * both->offset + back->offset == 0);
+    const CoMap *identity = co_map_identity(&table);
+    assert_true(co_map_is_identity(identity));
+    assert_true(co_map_equal(co_map_compose(&table, identity, outer), outer));
+    assert_false(co_map_equal(inner, outer));
+    assert_false(co_map_is_identity(outer));
+}
+
+static void implied_pairs_are_dropped(void **state)
+{
+    (void)state;
+    CoMapPair pairs[] = {{&table.root, &table.root}, {path("/A"), path("/A")}};
+    const CoMap *map = co_map_pairs(&table, pairs, 2);
+    assert_int_equal(map->count, 1);
+    assert_true(co_map_is_identity(map));
+    CoMapPair renames[] = {{&table.root, &table.root}, {path("/A"), path("/B")}};
+    assert_int_equal(co_map_pairs(&table, renames, 2)->count, 2);
+    assert_true(co_map_equal(co_map_with_root(&table, co_map_pairs(&table, renames + 1, 1)),
+                             co_map_pairs(&table, renames, 2)));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_reference_maps_its_prim_only, begin, end),
+        cmocka_unit_test_setup_teardown(a_class_maps_the_rest_to_itself, begin, end),
+        cmocka_unit_test_setup_teardown(maps_compose_and_invert, begin, end),
+        cmocka_unit_test_setup_teardown(implied_pairs_are_dropped, begin, end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
