@@ -11,6 +11,21 @@
 #include <math.h>
 #include <string.h>
 
+size_t co_format_integer(bool negative, uint64_t magnitude, char out[CO_NUMBER_TEXT])
+{
+    char reversed[24];
+    size_t count = 0, length = 0;
+    do
+        reversed[count++] = (char)('0' + magnitude % 10);
+    while (magnitude /= 10);
+    if (negative)
+        out[length++] = '-';
+    while (count)
+        out[length++] = reversed[--count];
+    out[length] = '\0';
+    return length;
+}
+
 // Writes sign, digits and exponent (value = 0.d1d2d3... * 10^point) the way %g does.
 static size_t compose(bool negative, const char *digits, int count, int point, char *out)
 {
@@ -50,7 +65,32 @@ static size_t special(double value, char *out)
     return strlen(text);
 }
 
-// `digits` significant digits of a finite value.
+static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+// Up to 15 digits by scaling to a whole number. `back` receives what the text reads back as: whole
+// number and power are exact, so that is one correctly rounded operation, as in the reader. Returns
+// 0 for sizes that need another way.
+static size_t format_scaled(double value, int digits, char *out, double *back)
+{
+    double size = fabs(value);
+    if (!(size >= 1e-6 && size < 1e15))
+        return 0;
+    int point = size < 1.0 ? -5 : 1; // decimal places before the point
+    while (point <= 0 ? size * powers[-point] >= 1.0 : size >= powers[point])
+        point++;
+    int shift = digits - point;
+    double scaled = shift < 0 ? size / powers[-shift] : size * powers[shift];
+    uint64_t whole = (uint64_t)(scaled + 0.5);
+    double read = shift < 0 ? (double)whole * powers[-shift] : (double)whole / powers[shift];
+    *back = value < 0 ? -read : read;
+    char plain[CO_NUMBER_TEXT];
+    int count = (int)co_format_integer(false, whole, plain);
+    return compose(value < 0, plain, count, count - shift, out);
+}
+
+// `digits` significant digits of any finite value, the slow way.
 static size_t format_digits(double value, int digits, char *out)
 {
     // The locale's decimal point stands between the first digit and the rest, and is skipped.
@@ -82,7 +122,7 @@ static size_t format_small_integer(double value, char *out)
 {
     if (!(fabs(value) < 1e6) || value != floor(value) || (value == 0.0 && signbit(value)))
         return 0;
-    return (size_t)snprintf(out, CO_NUMBER_TEXT, "%d", (int)value);
+    return co_format_integer(value < 0, (uint64_t)fabs(value), out);
 }
 
 size_t co_format_double(double value, char out[CO_NUMBER_TEXT])
@@ -90,6 +130,9 @@ size_t co_format_double(double value, char out[CO_NUMBER_TEXT])
     if (!isfinite(value))
         return special(value, out);
     size_t length = format_small_integer(value, out);
+    double back = 0.0;
+    if (!length && (length = format_scaled(value, DBL_DIG, out, &back)) && back != value)
+        length = 0;
     for (int digits = fabs(value) < DBL_MIN ? 1 : DBL_DIG; !length; digits++) {
         length = format_digits(value, digits, out);
         if (digits < DBL_DECIMAL_DIG && read_back(out) != value)
@@ -103,6 +146,14 @@ size_t co_format_float(float value, char out[CO_NUMBER_TEXT])
     if (!isfinite(value))
         return special((double)value, out);
     size_t length = format_small_integer((double)value, out);
+    double back = 0.0;
+    for (int digits = FLT_DIG; !length && digits <= FLT_DECIMAL_DIG; digits++) {
+        length = format_scaled((double)value, digits, out, &back);
+        if (!length)
+            break;
+        if ((float)back != value)
+            length = 0;
+    }
     for (int digits = fabsf(value) < FLT_MIN ? 1 : FLT_DIG; !length; digits++) {
         length = format_digits((double)value, digits, out);
         if (digits < FLT_DECIMAL_DIG && (float)read_back(out) != value)

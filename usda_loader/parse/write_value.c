@@ -85,25 +85,27 @@ static void write_real(CoWriter *w, CoScalar scalar, const unsigned char *at)
 
 static void write_integer(CoWriter *w, CoScalar scalar, const unsigned char *at)
 {
-    int32_t i = 0;
-    uint32_t u = 0;
-    int64_t i64 = 0;
-    uint64_t u64 = 0;
+    int32_t small;
+    int64_t big = 0;
+    uint64_t magnitude = 0;
     if (scalar == CO_SCALAR_INT) {
-        memcpy(&i, at, sizeof i);
-        fprintf(w->file, "%" PRId32, i);
-    } else if (scalar == CO_SCALAR_UINT) {
-        memcpy(&u, at, sizeof u);
-        fprintf(w->file, "%" PRIu32, u);
+        memcpy(&small, at, sizeof small);
+        big = small;
     } else if (scalar == CO_SCALAR_INT64) {
-        memcpy(&i64, at, sizeof i64);
-        fprintf(w->file, "%" PRId64, i64);
+        memcpy(&big, at, sizeof big);
+    } else if (scalar == CO_SCALAR_UINT) {
+        uint32_t value;
+        memcpy(&value, at, sizeof value);
+        magnitude = value;
     } else if (scalar == CO_SCALAR_UINT64) {
-        memcpy(&u64, at, sizeof u64);
-        fprintf(w->file, "%" PRIu64, u64);
+        memcpy(&magnitude, at, sizeof magnitude);
     } else {
-        fprintf(w->file, "%u", *at);
+        magnitude = *at;
     }
+    if (big)
+        magnitude = big < 0 ? 0 - (uint64_t)big : (uint64_t)big;
+    char text[CO_NUMBER_TEXT];
+    fwrite(text, 1, co_format_integer(big < 0, magnitude, text), w->file);
 }
 
 static void write_scalar(CoWriter *w, CoScalar scalar, const unsigned char *at)

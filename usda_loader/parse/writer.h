@@ -22,6 +22,7 @@ typedef struct CoWriter {
 size_t co_format_double(double value, char out[CO_NUMBER_TEXT]);
 size_t co_format_float(float value, char out[CO_NUMBER_TEXT]);
 size_t co_format_half(uint16_t half, char out[CO_NUMBER_TEXT]);
+size_t co_format_integer(bool negative, uint64_t magnitude, char out[CO_NUMBER_TEXT]);
 
 // ---- write_value.c
 void co_write_text(CoWriter *w, const char *text);
