@@ -163,7 +163,7 @@ static void choose_origin(const CohortMeshDesc *desc, double origin[3])
     for (int k = 0; k < 3; k++) {
         double center = 0.5 * (lo[k] + hi[k]);
         bool far = size > 0.0 && isfinite(size) && fabs(center) > 8.0 * size;
-        double grid = far ? exp2(floor(log2(size))) : 1.0;
+        double grid = far ? ldexp(1.0, ilogb(size)) : 1.0;
         origin[k] = far ? grid * round(center / grid) : 0.0;
     }
 }

@@ -155,7 +155,10 @@ static void choose_frame(CohortScene *scene)
     double size = 0.0;
     for (int k = 0; k < 3 && scene->has_box; k++)
         size = fmax(size, box[k + 3] - box[k]);
-    double grid = size > 0.0 && isfinite(size) ? exp2(ceil(log2(size))) : 1.0;
+    int exponent = 0; // of the least power of two that is not below the size
+    if (size > 0.0 && isfinite(size) && frexp(size, &exponent) == 0.5)
+        exponent--;
+    double grid = ldexp(1.0, exponent);
     for (int k = 0; k < 3; k++)
         scene->frame[k] = scene->has_box ? grid * round(0.5 * (box[k] + box[k + 3]) / grid) : 0.0;
 }
