@@ -57,7 +57,7 @@ static void hits_do_not_depend_on_the_tree(void **state)
 {
     (void)state;
     enum {
-        RAYS = 100000,
+        RAYS = 50000,
         STREWN = 900
     };
     TestMesh slivers = mesh_slivers(3), strewn = mesh_alloc(3 * SLIVERS, SLIVERS + STREWN);
