@@ -1,0 +1,56 @@
+// cohort cat: layers and composed stages as text.
+
+#include "cli.h"
+#include "options.h"
+
+#include "cohort/usda.h"
+
+#include <stdio.h>
+
+static void report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
+                   uint32_t column, const char *prim_path, const char *text)
+{
+    static const char *const names[] = {"error", "warning", "info", "debug", "trace"};
+    (void)cookie;
+    fprintf(stderr, "%s:%u:%u: %s: %s%s%s\n", file ? file : "", line, column, names[severity], text,
+            prim_path && prim_path[0] ? " at " : "", prim_path ? prim_path : "");
+}
+
+static bool flatten(const char *in, const char *out, const CohortStageOptions *options,
+                    CohortError *err)
+{
+    CohortStage *stage = cohort_stage_open(in, options, err);
+    bool ok = stage && cohort_stage_flatten(stage, out, err);
+    cohort_stage_destroy(stage);
+    return ok;
+}
+
+int command_cat(int argc, char **argv)
+{
+    const char *out = NULL;
+    bool is_flat = false, wants_help = false;
+    const Option table[] = {
+        {"output", 'o', OPTION_TEXT, &out, 0, 0, "FILE", NULL, "write there, not to standard output"},
+        {"flatten", 0, OPTION_FLAG, &is_flat, 0, 0, NULL, NULL, "compose the stage first"},
+        {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
+    };
+    enum { COUNT = sizeof table / sizeof table[0] };
+    int first, code = options_parse("cat", table, COUNT, argc, argv, &first);
+    if (code)
+        return code;
+    if (wants_help) {
+        printf("cohort cat LAYER [options]\n\nWrites a USD text layer back as USDA.\n\n");
+        options_help(table, COUNT);
+        return EXIT_WRITTEN;
+    }
+    if (argc - first != 1)
+        return usage_error("cat", "expected one layer, got %d", argc - first);
+    CohortError err = {0};
+    CohortStageOptions options = {.report = report};
+    bool ok = is_flat ? flatten(argv[first], out, &options, &err)
+                      : cohort_layer_cat(argv[first], out, &options, &err);
+    if (ok)
+        return EXIT_WRITTEN;
+    print_error("error", &err);
+    return err.code == COHORT_ERROR_FILE_WRITE ? EXIT_WRITE : EXIT_LOAD;
+}

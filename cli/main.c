@@ -1,0 +1,89 @@
+#include "cli.h"
+
+#include "cohort/delegate.h"
+#include "cohort/image.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const Command commands[] = {
+    {"render", "render a USD stage to EXR and PNG", command_render},
+    {"cat", "print a layer, or the composed stage, as USDA", command_cat},
+    {"diff", "compare two EXR images", command_diff},
+};
+enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
+
+void print_error(const char *severity, const CohortError *err)
+{
+    fprintf(stderr, "cohort: ");
+    if (err->file[0])
+        fprintf(stderr, "%s:", err->file);
+    if (err->line)
+        fprintf(stderr, "%u:%u:", err->line, err->column);
+    if (err->file[0] || err->line)
+        fprintf(stderr, " ");
+    if (err->prim_path[0])
+        fprintf(stderr, "<%s>: ", err->prim_path);
+    fprintf(stderr, "%s: %s\n", severity, err->message);
+}
+
+int usage_error(const char *command, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    fprintf(stderr, "cohort %s: ", command);
+    vfprintf(stderr, format, args);
+    fprintf(stderr, "; see cohort %s --help\n", command);
+    va_end(args);
+    return EXIT_USAGE;
+}
+
+bool fail(CohortError *err, CohortErrorCode code, const char *format, ...)
+{
+    if (err->code != COHORT_OK)
+        return false;
+    err->code = code;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(err->message, sizeof err->message, format, args);
+    va_end(args);
+    return false;
+}
+
+static int print_help(void)
+{
+    printf("cohort: a path tracer for USD stages\n\n");
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        printf("  cohort %-8s %s\n", commands[i].name, commands[i].summary);
+    printf("\nEach has --help. cohort --version says what it was built with.\n");
+    return EXIT_WRITTEN;
+}
+
+static int print_version(void)
+{
+    CohortLibraryVersions v;
+    cohort_library_versions(&v);
+    printf("cohort %s\n", cohort_version());
+    printf("instruction set %s\n", v.isa);
+    printf("OpenSubdiv %s, OpenImageIO %s, OpenColorIO %s, OpenEXR %s\n", v.opensubdiv,
+           v.openimageio, v.opencolorio, v.openexr);
+    return EXIT_WRITTEN;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2) {
+        print_help();
+        return EXIT_USAGE;
+    }
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help"))
+        return print_help();
+    if (!strcmp(argv[1], "--version"))
+        return print_version();
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (!strcmp(argv[1], commands[i].name))
+            return commands[i].run(argc - 1, argv + 1);
+    fprintf(stderr, "cohort: there is no command \"%s\"; see cohort --help\n", argv[1]);
+    return EXIT_USAGE;
+}

@@ -1,0 +1,143 @@
+#include "options.h"
+
+#include "cli.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { OPTIONS_MAX = 64 };
+
+static bool is_choice(const char *choices, const char *text)
+{
+    size_t length = strlen(text);
+    for (const char *c = choices; c; c = strchr(c, '|') ? strchr(c, '|') + 1 : NULL) {
+        size_t n = strcspn(c, "|");
+        if (n == length && !strncmp(c, text, n))
+            return true;
+    }
+    return false;
+}
+
+static bool parse_number(const char *text, const char **end, double *out)
+{
+    char *stop = NULL;
+    errno = 0;
+    *out = strtod(text, &stop);
+    *end = stop;
+    return stop != text && errno == 0;
+}
+
+static bool store_number(const Option *o, const char *text)
+{
+    double value;
+    const char *end;
+    if (!parse_number(text, &end, &value))
+        return false;
+    if (o->type == OPTION_BYTES) {
+        static const char units[] = "KMGT";
+        const char *unit = *end ? strchr(units, *end & ~0x20) : NULL;
+        for (long i = unit ? unit - units + 1 : 0; i > 0; i--)
+            value *= 1024.0;
+        end += unit != NULL;
+        end += *end == 'B' || *end == 'b';
+    }
+    if (*end || !(value == value) || ((o->least != 0.0 || o->most != 0.0) &&
+                                      (value < o->least || value > o->most)))
+        return false;
+    if (o->type == OPTION_NUMBER) {
+        *(double *)o->target = value;
+        return true;
+    }
+    if (value < -9e18 || value > 9e18 || value != (double)(int64_t)value)
+        return false;
+    if (o->type == OPTION_BYTES && value < 0.0)
+        return false;
+    *(int64_t *)o->target = (int64_t)value;
+    return true;
+}
+
+static int store(const char *command, const Option *o, const char *text)
+{
+    switch (o->type) {
+    case OPTION_FLAG:
+        *(bool *)o->target = true;
+        return 0;
+    case OPTION_TEXT:
+        if (o->choices && !is_choice(o->choices, text))
+            return usage_error(command, "--%s %s: expected one of %s", o->name, text, o->choices);
+        *(const char **)o->target = text;
+        return 0;
+    case OPTION_LIST: {
+        OptionList *list = o->target;
+        if (list->count == OPTION_LIST_MAX)
+            return usage_error(command, "--%s is given more than %d times", o->name,
+                               OPTION_LIST_MAX);
+        list->items[list->count++] = text;
+        return 0;
+    }
+    case OPTION_INT:
+    case OPTION_NUMBER:
+    case OPTION_BYTES:
+        break;
+    }
+    if (store_number(o, text))
+        return 0;
+    if (o->least != 0.0 || o->most != 0.0)
+        return usage_error(command, "--%s %s: expected a number from %.10g to %.10g", o->name, text,
+                           o->least, o->most);
+    return usage_error(command, "--%s %s: expected a number", o->name, text);
+}
+
+int options_parse(const char *command, const Option *table, size_t count, int argc, char **argv,
+                  int *first)
+{
+    struct option longs[OPTIONS_MAX + 1] = {{0}};
+    char shorts[3 * OPTIONS_MAX + 2] = ":";
+    for (size_t i = 0; i < count && i < OPTIONS_MAX; i++) {
+        bool takes = table[i].type != OPTION_FLAG;
+        longs[i].name = table[i].name;
+        longs[i].has_arg = takes ? required_argument : no_argument;
+        longs[i].val = 256 + (int)i;
+        if (table[i].letter) {
+            char spec[3] = {table[i].letter, takes ? ':' : 0, 0};
+            strcat(shorts, spec);
+        }
+    }
+    optind = 1;
+    opterr = 0;
+    for (int c; (c = getopt_long(argc, argv, shorts, longs, NULL)) != -1;) {
+        const Option *o = c >= 256 ? &table[c - 256] : NULL;
+        for (size_t i = 0; !o && i < count; i++)
+            if (table[i].letter && table[i].letter == c)
+                o = &table[i];
+        if (c == ':')
+            return usage_error(command, "%s needs a value", argv[optind - 1]);
+        if (!o)
+            return usage_error(command, "%s is not an option", argv[optind - 1]);
+        int code = store(command, o, optarg);
+        if (code)
+            return code;
+    }
+    *first = optind;
+    return 0;
+}
+
+void options_help(const Option *table, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const Option *o = &table[i];
+        char left[96];
+        int n = o->letter ? snprintf(left, sizeof left, "  -%c, --%s", o->letter, o->name)
+                          : snprintf(left, sizeof left, "      --%s", o->name);
+        if (o->type != OPTION_FLAG && n > 0)
+            snprintf(left + n, sizeof left - (size_t)n, " %s",
+                     o->choices ? o->choices : o->argument ? o->argument : "VALUE");
+        if (strlen(left) > 32)
+            printf("%s\n%34s%s\n", left, "", o->help);
+        else
+            printf("%-34s%s\n", left, o->help);
+    }
+}

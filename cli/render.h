@@ -1,0 +1,46 @@
+// cohort render: options and one frame.
+
+#ifndef COHORT_CLI_RENDER_H
+#define COHORT_CLI_RENDER_H
+
+#include "frames.h"
+#include "options.h"
+#include "output.h"
+#include "progress.h"
+
+typedef struct RenderOptions {
+    OptionList outputs, aovs, variants;
+    const char *camera, *frames, *size, *filter, *preset, *env, *scratch, *sort, *sorter, *isa,
+        *converted, *ptex_reductions, *ocio, *display, *view, *stats, *progress, *settings_prim;
+    int64_t spp, max_depth, first_hit_samples, light_samples, batch, threads, level, seed;
+    int64_t memory;
+    double time_limit, noise;
+    bool headlight, hide_lights, resume, is_quiet, is_verbose, default_time, texture_level0;
+    CohortVariantChoice variant_list[OPTION_LIST_MAX];
+    char variant_text[OPTION_LIST_MAX][512];
+    uint32_t width, height;
+} RenderOptions;
+
+// A run over all frames of a stage.
+typedef struct RenderRun {
+    RenderOptions options;
+    const char *stage_path;
+    FrameList frames;
+    CohortDelegate *delegate;
+    CohortRenderIndex *index;
+    CohortAdapter *adapter;
+    CohortRenderPass *pass;
+    CohortView *view;
+    CohortResolvedSettings resolved;
+    OutputBuffers buffers;
+    Progress progress;
+    char film[4096]; // snapshot beside the first output
+    double load_seconds, start;
+    bool was_interrupted;
+} RenderRun;
+
+// render_options.c: fills *options; returns an exit code, or -1 to go on.
+int render_options_parse(int argc, char **argv, RenderOptions *options, const char **stage);
+bool render_options_apply(const RenderOptions *options, CohortDelegate *delegate, CohortError *err);
+
+#endif
