@@ -265,13 +265,15 @@ static void compact(CoComposer *c, CoGraph *graph, const bool *keep)
     graph->count = count;
 }
 
-void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name)
+void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name, bool keeps_all)
 {
     for (uint32_t i = 0; i < graph->count; i++) {
         CoSite *site = graph->nodes[i].site;
         const CoPath *path = co_path_child(&c->paths, site->path, name);
         graph->nodes[i].site = co_site(c, site->stack, co_composer_need(c, path));
     }
+    if (keeps_all)
+        return;
     bool small[64] = {false};
     bool *keep = graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *keep);
     mark_kept(graph, 0, keep);

@@ -357,7 +357,7 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
     } else {
         CoSite *parent = co_site(c, site->stack, site->path->parent);
         build(indexer, parent, false);
-        co_graph_descend(c, &indexer->graph, site->path->name);
+        co_graph_descend(c, &indexer->graph, site->path->name, true);
         indexer->task_count = 0;
     }
     if (is_placeholder)
@@ -391,7 +391,7 @@ void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_in
     co_graph_copy(c, &indexer.graph, parent);
     if (parent_is_instance)
         drop_local_opinions(&indexer.graph);
-    co_graph_descend(c, &indexer.graph, name);
+    co_graph_descend(c, &indexer.graph, name, false);
     indexer.root_depth = indexer.graph.nodes[0].site->path->depth;
     if (!co_prim_index_is_prohibited(&indexer.graph)) {
         add_tree_tasks(&indexer, 0, false, false);

@@ -201,6 +201,17 @@ typedef struct CoNameSet {
     size_t capacity;
 } CoNameSet;
 
+// Stands where a name was removed, so that probing goes on past it.
+static const char removed_name[] = "";
+
+static void remove_name(CoNameSet *set, const char *name)
+{
+    size_t at = co_hash64((uint64_t)(uintptr_t)name) & (set->capacity - 1);
+    for (; set->slots[at]; at = (at + 1) & (set->capacity - 1))
+        if (set->slots[at] == name)
+            set->slots[at] = removed_name;
+}
+
 static bool add_name(CoNameSet *set, const char *name)
 {
     size_t at = co_hash64((uint64_t)(uintptr_t)name) & (set->capacity - 1);
@@ -223,6 +234,7 @@ static void relocate_names(CoComposer *c, CoList *names, CoNameSet *set, const C
         for (size_t j = 0; from_here && j < names->count; j++) {
             if (names->items[j].a != move->source->name)
                 continue;
+            remove_name(set, move->source->name);
             if (to_here && add_name(set, move->target->name)) {
                 names->items[j].a = move->target->name;
             } else {
