@@ -19,7 +19,8 @@ struct CoOiioFile {
     uint32_t channels, tile;
 };
 
-namespace {
+namespace
+{
 
 constexpr uint64_t most_texels = uint64_t(1) << 28;
 
@@ -116,8 +117,8 @@ bool co_oiio_read(const char *path, const CoOiioInfo *info, float *out, CohortEr
     });
 }
 
-bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels, uint32_t tile,
-                        CohortError *err)
+bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels,
+                        uint32_t tile, CohortError *err)
 {
     return guarded(err, path, [&] {
         OIIO::ImageSpec spec(int(info->width), int(info->height), int(info->channels),
@@ -131,8 +132,8 @@ bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *t
         config.attribute("maketx:filtername", "box");
         config.attribute("compression", "zip");
         std::ostringstream log;
-        if (!OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxTexture, image, path, config,
-                                              &log))
+        if (!OIIO::ImageBufAlgo::make_texture(OIIO::ImageBufAlgo::MakeTxTexture, image, path,
+                                              config, &log))
             return fail(err, path, log.str());
         return true;
     });
@@ -191,8 +192,7 @@ bool co_oiio_tile(CoOiioFile *file, uint32_t level, uint32_t x, uint32_t y, floa
         if (x0 >= x1 || y0 >= y1)
             return fail(err, "", "there is no such tile");
         if (!file->input->read_tiles(0, int(level), x0, x1, y0, y1, 0, 1, 0, int(file->channels),
-                                     OIIO::TypeFloat, out, step,
-                                     step * OIIO::stride_t(file->tile)))
+                                     OIIO::TypeFloat, out, step, step * OIIO::stride_t(file->tile)))
             return fail(err, "", file->input->geterror());
         return true;
     });

@@ -1,8 +1,8 @@
 // OpenImageIO behind plain C: decoding images, making tiled mip files, reading their tiles.
 //
 // Everything here may be slow and is called once per image, but co_oiio_tile. Texels are float,
-// interleaved, rows from the top, alpha as stored (never multiplied in). No color is converted here.
-// Threads: calls on different handles may run at once.
+// interleaved, rows from the top, alpha as stored (never multiplied in). No color is converted
+// here. Threads: calls on different handles may run at once.
 
 #ifndef CO_SHIMS_OIIO_H
 #define CO_SHIMS_OIIO_H
@@ -15,24 +15,24 @@ extern "C" {
 
 typedef struct CoOiioInfo {
     uint32_t width, height;
-    uint32_t channels;    // that are read: 1 to 4
-    bool is_8bit;         // stored so
-    char format[16];      // OpenImageIO's name: "png", "openexr" ...
-    char color_space[64]; // what OpenImageIO makes of the metadata; empty if nothing
+    uint32_t channels;           // that are read: 1 to 4
+    bool is_8bit;                // stored so
+    char format[16];             // OpenImageIO's name: "png", "openexr" ...
+    char color_space[64];        // what OpenImageIO makes of the metadata; empty if nothing
     char wrap_s[16], wrap_t[16]; // "black", "clamp", "periodic", "mirror"; empty if not said
 } CoOiioInfo;
 
 // Reads an image's header. Images of more than 2^28 texels are refused.
 bool co_oiio_info(const char *path, CoOiioInfo *out, CohortError *err);
 
-// Decodes it: `out` holds width * height * channels floats, all as co_oiio_info said; a file that has
-// changed since is refused.
+// Decodes it: `out` holds width * height * channels floats, all as co_oiio_info said; a file that
+// has changed since is refused.
 bool co_oiio_read(const char *path, const CoOiioInfo *info, float *out, CohortError *err);
 
-// Writes texels and their mip levels (box filter, down to one texel) as a tiled float EXR with tiles
-// of `tile` x `tile`.
-bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels, uint32_t tile,
-                        CohortError *err);
+// Writes texels and their mip levels (box filter, down to one texel) as a tiled float EXR with
+// tiles of `tile` x `tile`.
+bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels,
+                        uint32_t tile, CohortError *err);
 
 // A handle on such a file, or NULL.
 typedef struct CoOiioFile CoOiioFile;

@@ -1,5 +1,5 @@
-// A cache of decoded blocks, as an ordinary renderer has one; one per thread. What the unsorted mode
-// uses, so that both modes can be compared; the sorted mode has none.
+// A cache of decoded blocks, as an ordinary renderer has one; one per thread. What the unsorted
+// mode uses, so that both modes can be compared; the sorted mode has none.
 
 #ifndef CO_TEXTURE_BLOCK_CACHE_H
 #define CO_TEXTURE_BLOCK_CACHE_H

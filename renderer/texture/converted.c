@@ -99,8 +99,8 @@ bool co_texture_to_linear(const CoTextureColor *color, float *pixels, size_t cou
 // What a conversion does to colors is known by doing it: names say little.
 static bool hash_conversion(const CoTextureColor *color, uint64_t *hash, CohortError *err)
 {
-    float probes[] = {0, 0, 0, 1, 1, 1, .18f, .18f, .18f, 1, 0, 0, 0, 1, 0, 0, 0, 1,
-                      .02f, .3f, .7f, .9f, .5f, .1f, 4, 2, 8};
+    float probes[] = {0, 0, 0, 1, 1,    1,   .18f, .18f, .18f, 1,   0, 0, 0, 1,
+                      0, 0, 0, 1, .02f, .3f, .7f,  .9f,  .5f,  .1f, 4, 2, 8};
     if (!co_texture_to_linear(color, probes, sizeof probes / sizeof *probes / 3, 3, err))
         return false;
     *hash = co_hash_bytes(probes, sizeof probes, color->is_raw);

@@ -13,9 +13,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#define CHUNK 4096           // lookups that one worker turns into requests at a time
-#define GROUP_GRAIN 4        // blocks that one worker takes at a time
-#define PREFETCH 32          // blocks that reading is ahead of decoding
+#define CHUNK 4096                       // lookups that one worker turns into requests at a time
+#define GROUP_GRAIN 4                    // blocks that one worker takes at a time
+#define PREFETCH 32                      // blocks that reading is ahead of decoding
 #define IN_CORE_MOST ((size_t)256 << 20) // larger arrays of a batch lie in scratch files
 
 typedef struct Chunk {
@@ -187,7 +187,8 @@ static void list_entries(void *context, size_t begin, size_t end, uint32_t worke
         for (size_t j = 0; j < count; j++)
             for (CoRequest *r = chunk->pending[j].first; r; r = r->next)
                 if (!r->is_served)
-                    *entry++ = (CoBlockEntry){co_request_key(r, batch->textures->files[r->file]), r};
+                    *entry++ =
+                        (CoBlockEntry){co_request_key(r, batch->textures->files[r->file]), r};
     }
 }
 

@@ -6,8 +6,8 @@
 #include "shims/oiio.h"
 #include "texture/converted.h"
 
-// The color space of an image: what the desc says; else what the file's metadata say; else sRGB for 8
-// bits and three or four channels; else raw.
+// The color space of an image: what the desc says; else what the file's metadata say; else sRGB for
+// 8 bits and three or four channels; else raw.
 CoTextureColor co_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                               const char *path, const CoOiioInfo *info);
 

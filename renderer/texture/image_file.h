@@ -1,8 +1,8 @@
 // A converted image: tiles of all mip levels, linear float texels, in one file of the folder of
 // converted textures. What is looked up is always such a file, whatever the image's format was.
 //
-// Terms: level 0 = full resolution; tile = square block of one level, row by row, level after level;
-// its number is its place in the file.
+// Terms: level 0 = full resolution; tile = square block of one level, row by row, level after
+// level; its number is its place in the file.
 
 #ifndef CO_TEXTURE_IMAGE_FILE_H
 #define CO_TEXTURE_IMAGE_FILE_H
@@ -25,7 +25,7 @@ typedef struct CoImageFile {
     uint32_t level_count;
     CoImageLevel levels[CO_IMAGE_LEVELS];
     uint32_t tile_count;
-    CoBlockStamp *stamps;      // [tile_count]
+    CoBlockStamp *stamps; // [tile_count]
 } CoImageFile;
 
 // Opens a converted image and checks that it is one. NULL with *err set.

@@ -87,8 +87,8 @@ static void request_level(CoRequestSink *sink, const CoLookup *lookup, uint32_t 
     float kept_u, kept_v;
     float s = wrap_coordinate(lookup->s, texture->wrap_s);
     float t = wrap_coordinate(lookup->t, texture->wrap_t);
-    int across = find_runs(s * (float)level->width - 0.5f, level->width, texture->wrap_s, columns,
-                           &kept_u);
+    int across =
+        find_runs(s * (float)level->width - 0.5f, level->width, texture->wrap_s, columns, &kept_u);
     int down = find_runs((1.0f - t) * (float)level->height - 0.5f, level->height, texture->wrap_t,
                          rows, &kept_v);
     sink->missing += weight * (1.0f - kept_u * kept_v);

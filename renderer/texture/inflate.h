@@ -13,7 +13,7 @@
 
 // What was decompressed in one batch. Threads: any may add.
 typedef struct CoBlockCount {
-    uint32_t batch; // number of the batch, never 0
+    uint32_t batch;             // number of the batch, never 0
     atomic_uint_fast64_t read;  // blocks decompressed
     atomic_uint_fast64_t twice; // of these, blocks already decompressed in this batch
     atomic_uint_fast64_t bytes; // compressed bytes that were read

@@ -123,18 +123,18 @@ static float mean_f32(float a, float b)
 }
 
 // Writing trails reading, so the result may take the place of the texels.
-#define DEFINE_HALVE(name, type, mean)                                                             \
-    static void name(type *p, size_t rows, size_t width, bool in_v)                                \
-    {                                                                                              \
-        if (in_v) {                                                                                \
-            for (size_t row = 0; row < rows / 2; row++)                                            \
-                for (size_t x = 0; x < width; x++)                                                 \
-                    p[row * width + x] =                                                           \
-                        mean(p[2 * row * width + x], p[(2 * row + 1) * width + x]);                \
-        } else {                                                                                   \
-            for (size_t i = 0; i < rows * width / 2; i++)                                          \
-                p[i] = mean(p[2 * i], p[2 * i + 1]);                                               \
-        }                                                                                          \
+#define DEFINE_HALVE(name, type, mean) \
+    static void name(type *p, size_t rows, size_t width, bool in_v) \
+    { \
+        if (in_v) { \
+            for (size_t row = 0; row < rows / 2; row++) \
+                for (size_t x = 0; x < width; x++) \
+                    p[row * width + x] = \
+                        mean(p[2 * row * width + x], p[(2 * row + 1) * width + x]); \
+        } else { \
+            for (size_t i = 0; i < rows * width / 2; i++) \
+                p[i] = mean(p[2 * i], p[2 * i + 1]); \
+        } \
     }
 
 DEFINE_HALVE(halve_u8, uint8_t, mean_u8)
@@ -142,7 +142,8 @@ DEFINE_HALVE(halve_u16, uint16_t, mean_u16)
 DEFINE_HALVE(halve_f16, uint16_t, mean_f16)
 DEFINE_HALVE(halve_f32, float, mean_f32)
 
-void co_ptex_halve(CoPtexType type, uint32_t channels, int ulog2, int vlog2, bool in_v, void *texels)
+void co_ptex_halve(CoPtexType type, uint32_t channels, int ulog2, int vlog2, bool in_v,
+                   void *texels)
 {
     // Sides are powers of two, so rows pair up within their channel.
     size_t rows = (size_t)channels << vlog2, width = (size_t)1 << ulog2;
@@ -172,18 +173,18 @@ void co_ptex_halve_all(const CoPtexFile *file, const CoPtexSource *source, void 
     }
 }
 
-#define DEFINE_SUM(name, type, to_float)                                                           \
-    static float name(const type *plane, size_t width, const CoPtexPart *part)                     \
-    {                                                                                              \
-        float sum = 0;                                                                             \
-        for (uint32_t y = 0; y < part->vw; y++) {                                                  \
-            const type *row = plane + ((size_t)part->v + y) * width + (size_t)part->u;             \
-            float row_sum = 0;                                                                     \
-            for (uint32_t x = 0; x < part->uw; x++)                                                \
-                row_sum += part->ku[x] * to_float(row[x]);                                         \
-            sum += part->kv[y] * row_sum;                                                          \
-        }                                                                                          \
-        return sum;                                                                                \
+#define DEFINE_SUM(name, type, to_float) \
+    static float name(const type *plane, size_t width, const CoPtexPart *part) \
+    { \
+        float sum = 0; \
+        for (uint32_t y = 0; y < part->vw; y++) { \
+            const type *row = plane + ((size_t)part->v + y) * width + (size_t)part->u; \
+            float row_sum = 0; \
+            for (uint32_t x = 0; x < part->uw; x++) \
+                row_sum += part->ku[x] * to_float(row[x]); \
+            sum += part->kv[y] * row_sum; \
+        } \
+        return sum; \
     }
 
 DEFINE_SUM(sum_u8, uint8_t, (float))

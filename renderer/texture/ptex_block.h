@@ -26,13 +26,14 @@ static inline size_t co_ptex_block_size(const CoPtexFile *file, int ulog2, int v
     return (size_t)co_ptex_pixel_size(file) << (ulog2 + vlog2);
 }
 
-// Decodes a block of 2^ulog2 x 2^vlog2 texels; of a tiled one all tiles, put together. False when the
-// stream is broken or memory is short; `out` then holds anything.
+// Decodes a block of 2^ulog2 x 2^vlog2 texels; of a tiled one all tiles, put together. False when
+// the stream is broken or memory is short; `out` then holds anything.
 bool co_ptex_block_decode(const CoPtexFile *file, uint32_t block, int ulog2, int vlog2,
                           CoPtexDecoder *decoder, void *out);
 
 // Halves a block along one axis, in place: integers (a + b) >> 1, floats 0.5 * (a + b).
-void co_ptex_halve(CoPtexType type, uint32_t channels, int ulog2, int vlog2, bool in_v, void *texels);
+void co_ptex_halve(CoPtexType type, uint32_t channels, int ulog2, int vlog2, bool in_v,
+                   void *texels);
 
 // The steps of a source, all of them, in place.
 void co_ptex_halve_all(const CoPtexFile *file, const CoPtexSource *source, void *texels);
@@ -44,7 +45,8 @@ typedef struct CoPtexPart {
     const float *ku, *kv;
 } CoPtexPart;
 
-// sum[i] = sum over rows of kv * (sum over columns of ku * texel), of channels[i]; integers unscaled.
+// sum[i] = sum over rows of kv * (sum over columns of ku * texel), of channels[i]; integers
+// unscaled.
 void co_ptex_sum(CoPtexType type, const void *texels, int ulog2, int vlog2, const CoPtexPart *part,
                  const uint16_t *channels, uint32_t count, float *sum);
 

@@ -28,8 +28,8 @@ CoTextureColor co_ptex_color(const CoTexturesOptions *options, const CohortTextu
     return color;
 }
 
-// Order of channels in the converted file: colors first, then alpha, then the rest; at most the four
-// that lookups use. Returns their number.
+// Order of channels in the converted file: colors first, then alpha, then the rest; at most the
+// four that lookups use. Returns their number.
 static uint32_t order_channels(const CoPtexFile *file, uint32_t order[4])
 {
     uint32_t count = 0;
@@ -133,8 +133,8 @@ static bool convert(const CoTextureColor *color, const CoPtexFile *file, const c
     return ok;
 }
 
-bool co_ptex_convert(const CoTextureColor *color, const char *path, const CoPtexFile *file, char **out,
-                     CohortError *err)
+bool co_ptex_convert(const CoTextureColor *color, const char *path, const CoPtexFile *file,
+                     char **out, CohortError *err)
 {
     uint64_t settings = 1000 + (uint64_t)color->options->ptex_reductions_authored;
     if (!co_converted_path(color, path, settings, ".ptx", out, err))

@@ -19,8 +19,8 @@ static bool edit_face(CoPtexOpening *opening, uint64_t offset, uint32_t size)
     }
     CoPtexBlock block = {.offset = offset + 28 + pixel, .header = co_load_u32(p + 24)};
     if (!(info.flags & CO_PTEX_CONSTANT)) {
-        CO_PTEX_CHECK(opening, co_ptex_stored_size(&block) <= size - 28 - pixel, "an edit's block of %u bytes",
-                      co_ptex_stored_size(&block));
+        CO_PTEX_CHECK(opening, co_ptex_stored_size(&block) <= size - 28 - pixel,
+                      "an edit's block of %u bytes", co_ptex_stored_size(&block));
         if (info.ulog2 + info.vlog2 > 0 &&
             !co_ptex_block_add(opening, &block, info.ulog2, info.vlog2, CO_PTEX_NO_BLOCK,
                                &file->edit_blocks[face]))

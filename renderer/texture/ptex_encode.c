@@ -11,8 +11,7 @@
 bool co_ptex_encoder_init(CoPtexEncoder *encoder, const CoPtexWriteDesc *desc, CohortError *err)
 {
     encoder->desc = desc;
-    encoder->compressor =
-        libdeflate_alloc_compressor(desc->zlib_level > 0 ? desc->zlib_level : 6);
+    encoder->compressor = libdeflate_alloc_compressor(desc->zlib_level > 0 ? desc->zlib_level : 6);
     CO_CHECK_MEMORY(encoder->compressor, err);
     return true;
 }
@@ -50,8 +49,8 @@ static bool zip_to(CoPtexEncoder *encoder, CoByteBuffer *out, const void *bytes,
     size_t bound = libdeflate_zlib_compress_bound(encoder->compressor, size);
     if (!reserve(out, bound, err))
         return false;
-    size_t packed = libdeflate_zlib_compress(encoder->compressor, bytes, size,
-                                             out->bytes + out->size, bound);
+    size_t packed =
+        libdeflate_zlib_compress(encoder->compressor, bytes, size, out->bytes + out->size, bound);
     CO_CHECK(packed > 0 && packed < 1u << 30, err, COHORT_ERROR_LIMIT,
              "a block of %zu bytes is too large for a Ptex file", size);
     out->size += packed;
@@ -81,8 +80,8 @@ static bool is_integer(CoPtexType type)
     return type == CO_PTEX_U8 || type == CO_PTEX_U16;
 }
 
-static bool encode_simple(CoPtexEncoder *encoder, CoByteBuffer *out, const void *planes, size_t size,
-                          uint32_t *header, CohortError *err)
+static bool encode_simple(CoPtexEncoder *encoder, CoByteBuffer *out, const void *planes,
+                          size_t size, uint32_t *header, CohortError *err)
 {
     CoPtexType type = encoder->desc->type;
     size_t before = out->size;
@@ -109,7 +108,8 @@ static bool cut_tile(const CoPtexWriteDesc *desc, const unsigned char *planes, c
     size_t row = texel << log2s[2], rows = (size_t)1 << log2s[3];
     size_t stride = texel << log2s[0], plane = stride << log2s[1];
     uint32_t across = 1u << (log2s[0] - log2s[2]);
-    const unsigned char *corner = planes + (index / across) * rows * stride + (index % across) * row;
+    const unsigned char *corner =
+        planes + (index / across) * rows * stride + (index % across) * row;
     bool is_constant = true;
     for (uint32_t c = 0; c < desc->channels; c++) {
         unsigned char *to = tile + c * rows * row;
@@ -230,8 +230,7 @@ void co_ptex_premultiply(const CoPtexWriteDesc *desc, void *planes, int ulog2, i
         float alpha = co_ptex_pixel_value(desc->type, bytes + (desc->alpha * count + i) * texel, 0);
         for (uint32_t c = first; c < end; c++) {
             void *at = bytes + (c * count + i) * texel;
-            store_value(desc->type, at,
-                        co_ptex_pixel_value(desc->type, at, 0) * (alpha * scale));
+            store_value(desc->type, at, co_ptex_pixel_value(desc->type, at, 0) * (alpha * scale));
         }
     }
 }

@@ -33,7 +33,8 @@ bool co_ptex_zip(CoPtexEncoder *encoder, const void *bytes, size_t size, CohortE
 void co_ptex_to_planes(const CoPtexWriteDesc *desc, const void *pixels, int ulog2, int vlog2,
                        void *planes);
 
-// Multiplies the colors by alpha, in place: channels before alpha, or after it where it is the first.
+// Multiplies the colors by alpha, in place: channels before alpha, or after it where it is the
+// first.
 void co_ptex_premultiply(const CoPtexWriteDesc *desc, void *planes, int ulog2, int vlog2);
 
 // Halves both sides, in place: integers (a + b + c + d) >> 2, floats 0.25 * their sum.

@@ -138,8 +138,8 @@ static bool read_faces(CoPtexOpening *opening, const Header *header, uint64_t *o
     bool ok = packed && file->faces && file->constants;
     if (!ok)
         CO_FAIL(opening->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    ok = ok && co_ptex_inflate_at(opening, *offset, header->info_size, packed, 20 * count,
-                                  "face info");
+    ok = ok &&
+         co_ptex_inflate_at(opening, *offset, header->info_size, packed, 20 * count, "face info");
     for (size_t i = 0; ok && i < count; i++)
         ok = co_ptex_face_read(opening, packed + 20 * i, &file->faces[i]);
     co_free(CO_MEMORY_TEXTURE, packed, 20 * count);
@@ -184,9 +184,9 @@ static bool reserve_blocks(CoPtexOpening *opening, uint64_t count)
     uint64_t capacity = need + need / 2;
     if (capacity >= CO_PTEX_NO_BLOCK)
         capacity = need;
-    void *blocks = co_realloc(CO_MEMORY_TEXTURE, file->blocks,
-                              file->block_capacity * sizeof *file->blocks,
-                              (size_t)capacity * sizeof *file->blocks);
+    void *blocks =
+        co_realloc(CO_MEMORY_TEXTURE, file->blocks, file->block_capacity * sizeof *file->blocks,
+                   (size_t)capacity * sizeof *file->blocks);
     CO_CHECK_MEMORY(blocks, opening->err);
     file->blocks = blocks;
     file->block_capacity = (uint32_t)capacity;
@@ -199,9 +199,9 @@ static bool reserve_tiling(CoPtexOpening *opening)
     if (file->tiling_count < file->tiling_capacity)
         return true;
     uint32_t capacity = 2 * file->tiling_capacity + 8;
-    void *tilings = co_realloc(CO_MEMORY_TEXTURE, file->tilings,
-                               file->tiling_capacity * sizeof *file->tilings,
-                               capacity * sizeof *file->tilings);
+    void *tilings =
+        co_realloc(CO_MEMORY_TEXTURE, file->tilings, file->tiling_capacity * sizeof *file->tilings,
+                   capacity * sizeof *file->tilings);
     CO_CHECK_MEMORY(tilings, opening->err);
     file->tilings = tilings;
     file->tiling_capacity = capacity;
@@ -212,11 +212,13 @@ static bool check_block(CoPtexOpening *opening, const CoPtexBlock *block, int ul
 {
     size_t pixel = co_ptex_pixel_size(opening->file);
     if (co_ptex_encoding(block) == CO_PTEX_PLAIN)
-        CO_PTEX_CHECK(opening, co_ptex_stored_size(block) >= pixel, "a constant block of %u bytes", co_ptex_stored_size(block));
+        CO_PTEX_CHECK(opening, co_ptex_stored_size(block) >= pixel, "a constant block of %u bytes",
+                      co_ptex_stored_size(block));
     else
-        CO_PTEX_CHECK(opening,
-                      co_inflate_is_possible(co_ptex_stored_size(block), (uint64_t)pixel << (ulog2 + vlog2)),
-                      "2^%d x 2^%d texels in a block of %u bytes", ulog2, vlog2, co_ptex_stored_size(block));
+        CO_PTEX_CHECK(
+            opening,
+            co_inflate_is_possible(co_ptex_stored_size(block), (uint64_t)pixel << (ulog2 + vlog2)),
+            "2^%d x 2^%d texels in a block of %u bytes", ulog2, vlog2, co_ptex_stored_size(block));
     return true;
 }
 
@@ -224,12 +226,14 @@ static bool add_tiles(CoPtexOpening *opening, const CoPtexBlock *block, int ulog
 {
     CoPtexFile *file = opening->file;
     const unsigned char *p = opening->data + block->offset;
-    CO_PTEX_CHECK(opening, co_ptex_stored_size(block) >= 6, "a tiled block of %u bytes", co_ptex_stored_size(block));
+    CO_PTEX_CHECK(opening, co_ptex_stored_size(block) >= 6, "a tiled block of %u bytes",
+                  co_ptex_stored_size(block));
     int tile_u = (int8_t)p[0], tile_v = (int8_t)p[1];
     uint32_t header = co_load_u32(p + 2);
     CO_PTEX_CHECK(opening, tile_u >= 0 && tile_v >= 0 && tile_u <= ulog2 && tile_v <= vlog2,
                   "tiles of 2^%d x 2^%d in a face of 2^%d x 2^%d", tile_u, tile_v, ulog2, vlog2);
-    CO_PTEX_CHECK(opening, header <= co_ptex_stored_size(block) - 6, "a tile header of %u bytes", header);
+    CO_PTEX_CHECK(opening, header <= co_ptex_stored_size(block) - 6, "a tile header of %u bytes",
+                  header);
     size_t count = (size_t)1 << (ulog2 - tile_u + vlog2 - tile_v);
     CO_PTEX_CHECK(opening, co_inflate_is_possible(header, 4 * (uint64_t)count),
                   "%zu tiles in a header of %u bytes", count, header);
@@ -237,8 +241,8 @@ static bool add_tiles(CoPtexOpening *opening, const CoPtexBlock *block, int ulog
         return false;
     unsigned char *words = co_alloc(CO_MEMORY_TEXTURE, 4 * count);
     CO_CHECK_MEMORY(words, opening->err);
-    bool ok = co_ptex_inflate_at(opening, block->offset + 6, header, words, 4 * count,
-                                 "tile header");
+    bool ok =
+        co_ptex_inflate_at(opening, block->offset + 6, header, words, 4 * count, "tile header");
     uint64_t offset = block->offset + 6 + header, end = block->offset + co_ptex_stored_size(block);
     for (size_t i = 0; ok && i < count; i++) {
         CoPtexBlock tile = {.offset = offset, .header = co_load_u32(words + 4 * i)};
@@ -402,7 +406,8 @@ static bool read_edits(CoPtexOpening *opening, const Header *header, uint64_t of
             offset += 8;
         return co_ptex_edits_read(opening, offset, opening->size, true);
     }
-    CO_PTEX_CHECK(opening, begin >= offset && begin <= opening->size &&
+    CO_PTEX_CHECK(opening,
+                  begin >= offset && begin <= opening->size &&
                       header->edit_size <= opening->size - begin,
                   "its edits lie outside the file or on other data");
     return co_ptex_edits_read(opening, begin, begin + header->edit_size, false);
@@ -485,7 +490,8 @@ bool co_ptex_locate(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2,
     int du = info->ulog2 - ulog2, dv = info->vlog2 - vlog2;
     if (ulog2 < 0 || vlog2 < 0 || du < 0 || dv < 0 || (file->is_triangle && du != dv))
         return false;
-    *out = (CoPtexSource){.block = CO_PTEX_NO_BLOCK, .ulog2 = (int8_t)ulog2, .vlog2 = (int8_t)vlog2};
+    *out =
+        (CoPtexSource){.block = CO_PTEX_NO_BLOCK, .ulog2 = (int8_t)ulog2, .vlog2 = (int8_t)vlog2};
     out->pixel = file->constants + (size_t)face * co_ptex_pixel_size(file);
     if (info->flags & CO_PTEX_CONSTANT || ulog2 + vlog2 == 0)
         return true;

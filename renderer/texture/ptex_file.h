@@ -14,8 +14,8 @@
 #include "base/mapped_file.h"
 #include "texture/inflate.h"
 
-#define CO_PTEX_LEVELS 16   // most stored levels
-#define CO_PTEX_LOG2 15     // most log2 of a face's side
+#define CO_PTEX_LEVELS 16 // most stored levels
+#define CO_PTEX_LOG2 15   // most log2 of a face's side
 #define CO_PTEX_NO_BLOCK UINT32_MAX
 
 typedef enum CoPtexType {
@@ -80,12 +80,12 @@ typedef struct CoPtexTiling {
 } CoPtexTiling;
 
 typedef struct CoPtexMeta {
-    const char *key; // NUL-terminated
-    uint8_t type;    // 0 string, 1 int8, 2 int16, 3 int32, 4 float, 5 double
-    uint32_t size;   // bytes of the value; strings count their NUL
-    uint32_t order;  // place in the file
-    const void *data;      // the value; NULL for a large one
-    uint64_t packed;       // of a large one: offset of its zlib stream in the file
+    const char *key;  // NUL-terminated
+    uint8_t type;     // 0 string, 1 int8, 2 int16, 3 int32, 4 float, 5 double
+    uint32_t size;    // bytes of the value; strings count their NUL
+    uint32_t order;   // place in the file
+    const void *data; // the value; NULL for a large one
+    uint64_t packed;  // of a large one: offset of its zlib stream in the file
     uint32_t packed_size;
 } CoPtexMeta;
 

@@ -344,7 +344,7 @@ static void add_part(void *context, uint32_t face, const CoPtexKernel *kernel)
     Evaluation *e = context;
     float sum[CO_PTEX_CHANNELS_MOST];
     CoPtexSource source;
-    CoPtexPart part = {kernel->u, kernel->v,  (uint32_t)kernel->uw, (uint32_t)kernel->vw,
+    CoPtexPart part = {kernel->u,  kernel->v, (uint32_t)kernel->uw, (uint32_t)kernel->vw,
                        kernel->ku, kernel->kv};
     if (!e->ok || !co_ptex_locate(e->file, face, kernel->ulog2, kernel->vlog2, &source))
         return;

@@ -2,8 +2,8 @@
 //
 // Source: the filters of the reference Ptex library 2.4 (bilinear and box), in its order and its
 // float32 arithmetic. A kernel is built on the lookup's face, cut at the edges, and its parts are
-// carried over to the neighbors: across edges, round corners of any valence up to ten, between faces
-// and sub-faces, with resolutions matched. Quad files only.
+// carried over to the neighbors: across edges, round corners of any valence up to ten, between
+// faces and sub-faces, with resolutions matched. Quad files only.
 
 #ifndef CO_TEXTURE_PTEX_FILTER_H
 #define CO_TEXTURE_PTEX_FILTER_H
@@ -34,8 +34,8 @@ typedef struct CoPtexQuery {
 typedef void CoPtexPartFn(void *context, uint32_t face, const CoPtexKernel *kernel);
 
 // Cuts a query into parts and gives them to `fn` in a fixed order. Returns the weight by which the
-// parts' sum is to be divided (times co_ptex_one); 0 when the result is black. Any adjacency, however
-// senseless, ends: the number of parts is bounded.
+// parts' sum is to be divided (times co_ptex_one); 0 when the result is black. Any adjacency,
+// however senseless, ends: the number of parts is bounded.
 float co_ptex_filter(const CoPtexFile *file, const CoPtexFilter *filter, const CoPtexQuery *query,
                      CoPtexPartFn *fn, void *context);
 

@@ -205,8 +205,8 @@ static void coarsen(Axis axis)
     if (count > 0 && *axis.start & 1)
         from = to = 1;
     for (; from < count; from += 2, to++)
-        axis.weights[to] = from + 1 < count ? axis.weights[from] + axis.weights[from + 1]
-                                            : axis.weights[from];
+        axis.weights[to] =
+            from + 1 < count ? axis.weights[from] + axis.weights[from + 1] : axis.weights[from];
     *axis.count = to;
     *axis.start = *axis.start >= 0 ? *axis.start / 2 : -((1 - *axis.start) / 2);
     --*axis.log2;

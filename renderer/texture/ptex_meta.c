@@ -8,9 +8,9 @@ static bool push(CoPtexOpening *opening, const CoPtexMeta *meta)
     CoPtexFile *file = opening->file;
     if (file->meta_count == file->meta_capacity) {
         uint32_t capacity = 2 * file->meta_capacity + 8;
-        void *grown = co_realloc(CO_MEMORY_TEXTURE, file->meta,
-                                 file->meta_capacity * sizeof *file->meta,
-                                 capacity * sizeof *file->meta);
+        void *grown =
+            co_realloc(CO_MEMORY_TEXTURE, file->meta, file->meta_capacity * sizeof *file->meta,
+                       capacity * sizeof *file->meta);
         CO_CHECK_MEMORY(grown, opening->err);
         file->meta = grown;
         file->meta_capacity = capacity;
@@ -45,8 +45,7 @@ bool co_ptex_meta_parse(CoPtexOpening *opening, const unsigned char *data, size_
         CO_PTEX_CHECK(opening, used > 0, "its metadata have a broken key");
         CO_PTEX_CHECK(opening, meta.size <= size - used, "metadata %s are cut", meta.key);
         meta.data = data + used;
-        CO_PTEX_CHECK(opening,
-                      meta.type != 0 || (meta.size > 0 && data[used + meta.size - 1] == 0),
+        CO_PTEX_CHECK(opening, meta.type != 0 || (meta.size > 0 && data[used + meta.size - 1] == 0),
                       "metadata %s do not end in NUL", meta.key);
         if (!push(opening, &meta))
             return false;
@@ -62,7 +61,8 @@ bool co_ptex_meta_large(CoPtexOpening *opening, const unsigned char *headers, si
     while (size > 0) {
         CoPtexMeta meta = {0};
         size_t used = read_key(headers, size, &meta);
-        CO_PTEX_CHECK(opening, used > 0 && size - used >= 4, "its large metadata have a broken key");
+        CO_PTEX_CHECK(opening, used > 0 && size - used >= 4,
+                      "its large metadata have a broken key");
         meta.packed = items;
         meta.packed_size = co_load_u32(headers + used);
         CO_PTEX_CHECK(opening,

@@ -41,7 +41,7 @@ static inline uint64_t co_load_u64(const unsigned char *p)
 }
 
 // Fails with "<what> of the Ptex file ...".
-#define CO_PTEX_CHECK(opening, cond, ...)                                                          \
+#define CO_PTEX_CHECK(opening, cond, ...) \
     CO_CHECK(cond, (opening)->err, COHORT_ERROR_TEXTURE, "broken Ptex file: " __VA_ARGS__)
 
 // Room for `size` bytes owned by the file, or NULL.
@@ -73,7 +73,8 @@ bool co_ptex_meta_large(CoPtexOpening *opening, const unsigned char *headers, si
 // Sorts the metadata by key and drops replaced entries.
 void co_ptex_meta_finish(CoPtexFile *file);
 
-// Edit blocks in [begin, end) of the file. Old files have no size: `to_end` lets a cut block end it.
+// Edit blocks in [begin, end) of the file. Old files have no size: `to_end` lets a cut block end
+// it.
 bool co_ptex_edits_read(CoPtexOpening *opening, uint64_t begin, uint64_t end, bool to_end);
 
 #endif

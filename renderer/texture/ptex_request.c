@@ -17,8 +17,8 @@ static void add_constant(CoRequestSink *sink, const void *pixel, const CoPtexKer
         return;
     float weight = co_ptex_weight(kernel);
     for (uint32_t i = 0; i < sink->texture->channel_count; i++)
-        request->sum[i] = weight * co_ptex_pixel_value(sink->file->ptex->type, pixel,
-                                                       sink->texture->channels[i]);
+        request->sum[i] =
+            weight * co_ptex_pixel_value(sink->file->ptex->type, pixel, sink->texture->channels[i]);
     request->is_served = true;
 }
 
@@ -66,8 +66,9 @@ static void add_tiles(CoRequestSink *sink, const CoPtexSource *source, const CoP
             tile.block = tiling->first + (uint32_t)(tile_v * across + tile_u);
             tile.ulog2 = tiling->ulog2;
             tile.vlog2 = tiling->vlog2;
-            CoRequest *request = add_block(sink, &tile, k, (const int[4]){u, v, u_end - u, v_end - v},
-                                           (const int[2]){tile_u << ulog2, tile_v << vlog2});
+            CoRequest *request =
+                add_block(sink, &tile, k, (const int[4]){u, v, u_end - u, v_end - v},
+                          (const int[2]){tile_u << ulog2, tile_v << vlog2});
             const CoPtexBlock *block = &file->blocks[tile.block];
             if (!request || co_ptex_encoding(block) != CO_PTEX_PLAIN)
                 continue;

@@ -16,10 +16,10 @@ static void halve_triangle(const CoPtexFile *file, int log2, const unsigned char
         const unsigned char *plane = in + channel * side * side * size;
         for (size_t i = 0; i < half * half; i++) {
             size_t x = 2 * (i % half), y = 2 * (i / half);
-            const unsigned char *cells[4] = {
-                plane + (y * side + x) * size, plane + (y * side + x + 1) * size,
-                plane + ((y + 1) * side + x) * size,
-                plane + ((side - 1 - x) * side + side - 1 - y) * size};
+            const unsigned char *cells[4] = {plane + (y * side + x) * size,
+                                             plane + (y * side + x + 1) * size,
+                                             plane + ((y + 1) * side + x) * size,
+                                             plane + ((side - 1 - x) * side + side - 1 - y) * size};
             float value[4];
             for (int cell = 0; cell < 4; cell++)
                 value[cell] = co_ptex_pixel_value(file->type, cells[cell], 0);

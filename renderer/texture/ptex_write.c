@@ -46,8 +46,7 @@ static void destroy(CoPtexWriter *writer)
     co_free(CO_MEMORY_TEXTURE, writer, sizeof *writer);
 }
 
-CoPtexWriter *co_ptex_writer_create(const char *path, const CoPtexWriteDesc *desc,
-                                    CohortError *err)
+CoPtexWriter *co_ptex_writer_create(const char *path, const CoPtexWriteDesc *desc, CohortError *err)
 {
     CO_CHECK_NULL(desc->face_count >= 1 && desc->face_count <= INT32_MAX && desc->channels >= 1 &&
                       desc->channels <= UINT16_MAX && desc->type <= CO_PTEX_F32 &&

@@ -20,12 +20,13 @@ typedef struct CoPtexWriteDesc {
     uint32_t face_count;
     CoPtexType type;
     uint32_t channels;
-    bool has_alpha; // alpha is channel `alpha`; coarser levels are then premultiplied, as Ptex has it
+    bool has_alpha; // alpha is channel `alpha`; coarser levels are then premultiplied, as Ptex has
+                    // it
     uint32_t alpha;
     CoPtexBorder u_border, v_border;
-    bool is_tangent;    // edge filter mode tanvec
-    bool no_levels;     // full resolution only
-    int zlib_level;     // 1 to 12, 0 = 6
+    bool is_tangent; // edge filter mode tanvec
+    bool no_levels;  // full resolution only
+    int zlib_level;  // 1 to 12, 0 = 6
 } CoPtexWriteDesc;
 
 // Starts a file; nothing stands at `path` before it is finished. NULL with *err set.
@@ -33,13 +34,13 @@ CoPtexWriter *co_ptex_writer_create(const char *path, const CoPtexWriteDesc *des
                                     CohortError *err);
 
 // Adds one face; each once, in any order. `texels` holds 2^vlog2 rows from v = 0 of 2^ulog2 pixels,
-// interleaved, little-endian. Of info's flags only CO_PTEX_SUBFACE is used. Faces left out become one
-// black texel without neighbors. After a failure the file will not be finished.
+// interleaved, little-endian. Of info's flags only CO_PTEX_SUBFACE is used. Faces left out become
+// one black texel without neighbors. After a failure the file will not be finished.
 bool co_ptex_writer_face(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
                          const void *texels, CohortError *err);
 
-// The same with coarser levels given: levels[k] has half the sides of levels[k - 1] (planes and order
-// as for `texels`). Levels that the format stores and that are not given are averaged.
+// The same with coarser levels given: levels[k] has half the sides of levels[k - 1] (planes and
+// order as for `texels`). Levels that the format stores and that are not given are averaged.
 bool co_ptex_writer_face_levels(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
                                 const void *const *levels, uint32_t level_count, CohortError *err);
 

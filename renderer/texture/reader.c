@@ -61,7 +61,8 @@ static void sum_image(const CoTextureFile *file, CoRequest *request, const float
     float sum[CO_TEXTURE_CHANNELS] = {0};
     for (uint32_t y = 0; y < request->vw; y++) {
         const float *row =
-            texels + ((size_t)(request->v + (int)y) * CO_IMAGE_TILE + (size_t)request->u) * channels;
+            texels +
+            ((size_t)(request->v + (int)y) * CO_IMAGE_TILE + (size_t)request->u) * channels;
         float row_sum[CO_TEXTURE_CHANNELS] = {0};
         for (uint32_t x = 0; x < request->uw; x++)
             for (uint32_t c = 0; c < channels; c++)
@@ -76,8 +77,9 @@ static void sum_image(const CoTextureFile *file, CoRequest *request, const float
 static void sum_ptex(const CoTextureFile *file, const CoTexture *texture, CoRequest *request,
                      const int place[4], const void *texels)
 {
-    CoPtexPart part = {request->u + place[0], request->v + place[1], request->uw, request->vw,
-                       request->weights, request->weights + request->uw};
+    CoPtexPart part = {request->u + place[0], request->v + place[1],
+                       request->uw,           request->vw,
+                       request->weights,      request->weights + request->uw};
     co_ptex_sum(file->ptex->type, texels, place[2], place[3], &part, texture->channels,
                 texture->channel_count, request->sum);
     co_ptex_turn(file->ptex, request->rotation, texture->channel_count, request->sum);
@@ -88,10 +90,10 @@ void co_reader_sum(const CoTextureFile *file, const CoTexture *texture, CoReques
 {
     int in_v = __builtin_popcount(request->axes);
     if (file->ptex)
-        sum_ptex(file, texture, request,
-                 (const int[4]){0, 0, request->ulog2 - (request->steps - in_v),
-                                request->vlog2 - in_v},
-                 texels);
+        sum_ptex(
+            file, texture, request,
+            (const int[4]){0, 0, request->ulog2 - (request->steps - in_v), request->vlog2 - in_v},
+            texels);
     else
         sum_image(file, request, texels);
     request->is_served = true;

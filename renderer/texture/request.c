@@ -128,7 +128,8 @@ CoRequest *co_request_add(CoRequestSink *sink, uint32_t uw, uint32_t vw)
 
 uint64_t co_request_key(const CoRequest *request, const CoTextureFile *file)
 {
-    // Files of more than 2^40 bytes only lose their order beyond that, never their grouping by file.
+    // Files of more than 2^40 bytes only lose their order beyond that, never their grouping by
+    // file.
     uint64_t at = file->ptex ? file->ptex->blocks[request->block].offset : request->block;
     return (uint64_t)request->file << 40 | (at & (((uint64_t)1 << 40) - 1));
 }

@@ -1,8 +1,8 @@
 // Requests: the parts of lookups, one per texel block, with the slot that receives its sum.
 //
-// Source: Eisenacher et al. 2013, 3.2. A lookup's filter may touch several blocks; each touch is one
-// request that carries its part of the kernel and its own slot, so that blocks can be read in any
-// order and the slots still be added in one.
+// Source: Eisenacher et al. 2013, 3.2. A lookup's filter may touch several blocks; each touch is
+// one request that carries its part of the kernel and its own slot, so that blocks can be read in
+// any order and the slots still be added in one.
 
 #ifndef CO_TEXTURE_REQUEST_H
 #define CO_TEXTURE_REQUEST_H
@@ -15,15 +15,16 @@
 
 // One open file. Textures that differ in filter or wrap share it.
 typedef struct CoTextureFile {
-    CoPtexFile *ptex;   // one of the two
+    CoPtexFile *ptex; // one of the two
     CoImageFile *image;
-    char *path;         // for messages
+    char *path; // for messages
     uint64_t device, inode;
     uint32_t block_count;
-    uint64_t decoded_bytes;  // of all its blocks
-    _Atomic(void *) *blocks; // [block_count] resident texels, NULL until first read; NULL: none kept
-    size_t *sizes;           // [block_count] bytes of what is resident
-    atomic_bool is_damaged;  // a block could not be decoded
+    uint64_t decoded_bytes; // of all its blocks
+    _Atomic(void *)
+        *blocks;            // [block_count] resident texels, NULL until first read; NULL: none kept
+    size_t *sizes;          // [block_count] bytes of what is resident
+    atomic_bool is_damaged; // a block could not be decoded
     bool is_damage_told;
 } CoTextureFile;
 
@@ -51,11 +52,11 @@ typedef struct CoTexture {
 typedef struct CoRequest {
     struct CoRequest *next; // of the same lookup, in the order of addition
     uint32_t texture, file;
-    uint32_t block;        // CO_PTEX_NO_BLOCK: `sum` is there already
-    uint32_t axes;         // CoPtexSource.axes
-    int32_t u, v;          // first texel, in the block after its halvings
+    uint32_t block; // CO_PTEX_NO_BLOCK: `sum` is there already
+    uint32_t axes;  // CoPtexSource.axes
+    int32_t u, v;   // first texel, in the block after its halvings
     uint8_t uw, vw;
-    int8_t ulog2, vlog2;   // Ptex: of the block
+    int8_t ulog2, vlog2; // Ptex: of the block
     uint8_t steps, rotation;
     bool is_served;
     float sum[CO_TEXTURE_CHANNELS];
@@ -69,7 +70,8 @@ typedef struct CoPending {
     float missing; // part of the weight that fell on nothing: transparent
 } CoPending;
 
-// Memory for requests: in core up to a budget that the pools of a batch share, then in scratch files.
+// Memory for requests: in core up to a budget that the pools of a batch share, then in scratch
+// files.
 typedef struct CoRequestPool {
     struct CoRequestSegment *first, *current;
     const char *scratch_folder;
@@ -108,11 +110,12 @@ CoRequest *co_request_add(CoRequestSink *sink, uint32_t uw, uint32_t vw);
 float co_ptex_request(CoRequestSink *sink, const CoLookup *lookup);
 float co_image_request(CoRequestSink *sink, const CoLookup *lookup);
 
-// The file of a UDIM set that holds the lookup's tile, s and t moved into it; COHORT_INVALID_ID where
-// there is none.
+// The file of a UDIM set that holds the lookup's tile, s and t moved into it; COHORT_INVALID_ID
+// where there is none.
 uint32_t co_image_udim(const CoTexture *texture, CoLookup *lookup);
 
-// Position of a block among all blocks of all files: files in order of opening, blocks in file order.
+// Position of a block among all blocks of all files: files in order of opening, blocks in file
+// order.
 uint64_t co_request_key(const CoRequest *request, const CoTextureFile *file);
 
 #endif

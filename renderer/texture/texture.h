@@ -1,10 +1,11 @@
 // Textures of a scene: Ptex and image files looked up for a whole batch at once.
 //
-// Source: Eisenacher et al. 2013, 3.2: each (file, face or tile, level) block is decompressed at most
-// once per batch, in file order, over all meshes and layers, and no texture cache exists. A lookup
-// becomes requests, one per block its filter touches, each with its part of the kernel; requests are
-// sorted by (file, block); every request writes its partial sum to its own slot; slots are added in
-// fixed order. The cached mode uses the same partial sums through an ordinary cache: same bits.
+// Source: Eisenacher et al. 2013, 3.2: each (file, face or tile, level) block is decompressed at
+// most once per batch, in file order, over all meshes and layers, and no texture cache exists. A
+// lookup becomes requests, one per block its filter touches, each with its part of the kernel;
+// requests are sorted by (file, block); every request writes its partial sum to its own slot; slots
+// are added in fixed order. The cached mode uses the same partial sums through an ordinary cache:
+// same bits.
 
 #ifndef CO_TEXTURE_TEXTURE_H
 #define CO_TEXTURE_TEXTURE_H
@@ -29,8 +30,8 @@ typedef struct CoTexturesOptions {
 CoTextures *co_textures_create(const CoTexturesOptions *options, CohortError *err);
 void co_textures_destroy(CoTextures *textures);
 
-// Opens one texture (converting it first where it must be) and returns its id. A file that cannot be
-// used gives a texture of its fallback color (Ptex: magenta) and a warning, never a failure.
+// Opens one texture (converting it first where it must be) and returns its id. A file that cannot
+// be used gives a texture of its fallback color (Ptex: magenta) and a warning, never a failure.
 uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, CohortError *err);
 
 // For checks at commit: number of faces of a Ptex file, 0 for images; triangle or quad mesh type.
@@ -56,13 +57,14 @@ typedef struct CoLookupStats {
 } CoLookupStats;
 
 // Evaluates all lookups of a batch: out[i] = rgba of lookups[i], in the rendering space. Parallel
-// inside. `cancel` is polled between blocks (may be NULL). Same bits for both modes, any thread count.
+// inside. `cancel` is polled between blocks (may be NULL). Same bits for both modes, any thread
+// count.
 bool co_textures_evaluate(CoTextures *textures, const CoLookup *lookups, size_t count,
                           float (*out)[4], CoLookupMode mode, const volatile int *cancel,
                           const char *scratch_folder, CoLookupStats *stats, CohortError *err);
 
-// A whole image as float RGBA, rows from the top, in the rendering space: for domes and rect lights,
-// read once at commit. *pixels is freed with co_image_free.
+// A whole image as float RGBA, rows from the top, in the rendering space: for domes and rect
+// lights, read once at commit. *pixels is freed with co_image_free.
 bool co_image_read(CoTextures *textures, const CohortTextureDesc *desc, float **pixels,
                    uint32_t *width, uint32_t *height, CohortError *err);
 void co_image_free(float *pixels, uint32_t width, uint32_t height);

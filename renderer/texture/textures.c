@@ -184,9 +184,9 @@ static uint32_t add_file(CoTextures *textures, const char *path, const CoTexture
     CoTextureFile *file = co_alloc_zero(CO_MEMORY_TEXTURE, sizeof *file);
     if (textures->file_count == textures->file_capacity) {
         uint32_t capacity = 2 * textures->file_capacity + 16;
-        void *grown = co_realloc(CO_MEMORY_TEXTURE, textures->files,
-                                 textures->file_capacity * sizeof(void *),
-                                 capacity * sizeof(void *));
+        void *grown =
+            co_realloc(CO_MEMORY_TEXTURE, textures->files, textures->file_capacity * sizeof(void *),
+                       capacity * sizeof(void *));
         if (grown) {
             textures->files = grown;
             textures->file_capacity = capacity;
@@ -326,6 +326,11 @@ static bool add_udim(CoTextures *textures, const CohortTextureDesc *desc, CoText
             CO_FAIL(&tile_err, COHORT_ERROR_TEXTURE, "%s has other channels than the first tile",
                     path);
         }
+        if (tile_err.code == COHORT_ERROR_OUT_OF_MEMORY) {
+            if (err)
+                *err = tile_err;
+            return false;
+        }
         if (texture->udim[i] == COHORT_INVALID_ID) {
             co_textures_warn(textures, path, tile_err.message);
             continue;
@@ -361,9 +366,9 @@ uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, Co
     static const float magenta[4] = {1, 0, 1, 1};
     if (textures->count == textures->capacity) {
         uint32_t capacity = 2 * textures->capacity + 16;
-        void *grown = co_realloc(CO_MEMORY_TEXTURE, textures->textures,
-                                 textures->capacity * sizeof(CoTexture),
-                                 capacity * sizeof(CoTexture));
+        void *grown =
+            co_realloc(CO_MEMORY_TEXTURE, textures->textures,
+                       textures->capacity * sizeof(CoTexture), capacity * sizeof(CoTexture));
         if (!grown) {
             CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
             return COHORT_INVALID_ID;
@@ -386,7 +391,10 @@ uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, Co
         return COHORT_INVALID_ID;
     }
     if (!ok) {
-        co_textures_warn(textures, desc->asset ? desc->asset : desc->path ? desc->path : "",
+        co_textures_warn(textures,
+                         desc->asset  ? desc->asset
+                         : desc->path ? desc->path
+                                      : "",
                          why.message);
         texture.kind = CO_TEXTURE_FALLBACK;
     }

@@ -29,7 +29,8 @@ void co_textures_warn(CoTextures *textures, const char *asset, const char *text)
 // Makes the workers' tools and decides what may stay resident. Before each batch.
 bool co_textures_prepare(CoTextures *textures, CohortError *err);
 
-// Opens a file once, however many textures name it. Returns its index; COHORT_INVALID_ID on failure.
+// Opens a file once, however many textures name it. Returns its index; COHORT_INVALID_ID on
+// failure.
 uint32_t co_textures_open_ptex(CoTextures *textures, const char *path, CohortError *err);
 uint32_t co_textures_open_image(CoTextures *textures, const char *path, CohortError *err);
 

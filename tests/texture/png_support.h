@@ -44,8 +44,8 @@ static inline void write_png(const char *path, uint32_t width, uint32_t height, 
     size_t row = (size_t)width * channels * (size_t)(bits / 8) + 1, size = row * height;
     unsigned char *raw = calloc(1, size), *zip = malloc(size + size / 65535 * 5 + 16), *at = zip;
     for (size_t i = 0; i < (size_t)width * height * channels; i++) {
-        unsigned char *p = raw + i / (width * channels) * row + 1 +
-                           i % (width * channels) * (size_t)(bits / 8);
+        unsigned char *p =
+            raw + i / (width * channels) * row + 1 + i % (width * channels) * (size_t)(bits / 8);
         if (bits == 16)
             *p++ = (unsigned char)(values[i] >> 8);
         *p = (unsigned char)values[i];

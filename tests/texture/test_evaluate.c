@@ -66,10 +66,12 @@ static void all_schedules_give_the_same_bits(void **state)
             co_worker_count_set(threads);
             CoTextures *textures = create_textures(&warnings, resident ? 0 : 100000);
             for (int i = 0; i < 4; i++) {
-                CohortTextureDesc desc = {
-                    .path = in_folder(i == 0 || i == 3 ? "a.ptx" : i == 1 ? "b.ptx" : "c.ptx"),
-                    .color_space = COHORT_COLOR_RAW,
-                    .ptex_filter = i == 3 ? COHORT_PTEX_BOX : COHORT_PTEX_BILINEAR};
+                CohortTextureDesc desc = {.path = in_folder(i == 0 || i == 3 ? "a.ptx"
+                                                            : i == 1         ? "b.ptx"
+                                                                             : "c.ptx"),
+                                          .color_space = COHORT_COLOR_RAW,
+                                          .ptex_filter =
+                                              i == 3 ? COHORT_PTEX_BOX : COHORT_PTEX_BILINEAR};
                 assert_int_equal(co_textures_add(textures, &desc, &err), i);
             }
             for (int mode = 0; mode < 2; mode++) {
@@ -120,8 +122,8 @@ static void a_batch_equals_single_evaluations(void **state)
 static void tiled_files_agree_with_single_evaluations(void **state)
 {
     (void)state;
-    static const char *const names[] = {"odd_small_tiles", "tiled_u8_rgb", "tanvec_tiled_u8_c3",
-                                        "nomip_u8_rgb", "odd_long_thin", "edited_applied"};
+    static const char *const names[] = {"odd_small_tiles", "tiled_u8_rgb",  "tanvec_tiled_u8_c3",
+                                        "nomip_u8_rgb",    "odd_long_thin", "edited_applied"};
     for (int n = 0; n < 6; n++) {
         char path[512];
         snprintf(path, sizeof path, COHORT_SHARED_DIR "/ptex/goldens/%s.ptx", names[n]);
@@ -191,7 +193,8 @@ static void blocks_are_read_once_though_kernels_cross(void **state)
     CohortTextureDesc desc = {.path = in_folder("e.ptx"), .color_space = COHORT_COLOR_RAW};
     assert_int_equal(co_textures_add(textures, &desc, &err), 0);
     for (int i = 0; i < COUNT; i++) // all at corners: four faces each
-        lookups[i] = (CoLookup){.face = (uint32_t)i % 16, .s = (float)(i & 1), .t = (float)(i >> 1 & 1)};
+        lookups[i] =
+            (CoLookup){.face = (uint32_t)i % 16, .s = (float)(i & 1), .t = (float)(i >> 1 & 1)};
     CoLookupStats stats = evaluate(textures, CO_LOOKUP_SORTED, 1);
     assert_true(stats.requests > 2 * COUNT);
     assert_int_equal(stats.blocks_read, 16);
@@ -243,7 +246,8 @@ static void missing_files_are_magenta(void **state)
     assert_int_equal(err.code, COHORT_OK);
     CoLookup two[3] = {{.texture = 0}, {.texture = 1}, {.texture = 77}};
     float out[3][4];
-    assert_true(co_textures_evaluate(textures, two, 3, out, CO_LOOKUP_SORTED, NULL, NULL, NULL, &err));
+    assert_true(
+        co_textures_evaluate(textures, two, 3, out, CO_LOOKUP_SORTED, NULL, NULL, NULL, &err));
     assert_true(out[0][0] == 1 && out[0][1] == 0 && out[0][2] == 1 && out[0][3] == 1);
     assert_memory_equal(out[1], image.fallback, sizeof out[1]);
     bool is_triangle;
@@ -278,10 +282,17 @@ static void senseless_lookups_are_harmless(void **state)
     CoTextures *textures = create_textures(&warnings, 1);
     CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
     co_textures_add(textures, &desc, &err);
-    static const float values[] = {0, 1, -1e30f, 1e38f, 1e-38f, 1.0f / 0.0f, -1.0f / 0.0f, 0.0f / 0.0f};
+    static const float values[] = {0,      1,           -1e30f,       1e38f,
+                                   1e-38f, 1.0f / 0.0f, -1.0f / 0.0f, 0.0f / 0.0f};
     for (uint32_t i = 0; i < 512; i++)
-        lookups[i] = (CoLookup){0, i % 20, values[i % 8], values[i / 8 % 8], values[i / 64],
-                                values[i % 7], values[i % 5], values[i % 3]};
+        lookups[i] = (CoLookup){0,
+                                i % 20,
+                                values[i % 8],
+                                values[i / 8 % 8],
+                                values[i / 64],
+                                values[i % 7],
+                                values[i % 5],
+                                values[i % 3]};
     assert_true(co_textures_evaluate(textures, lookups, 512, results, CO_LOOKUP_SORTED, NULL, NULL,
                                      NULL, &err));
     for (int i = 0; i < 512; i++)
@@ -295,7 +306,8 @@ static void every_allocation_may_fail(void **state)
     (void)state;
     co_worker_count_set(1);
     Warnings warnings = {0};
-    CoTexturesOptions options = {.resident_bytes = 1, .warn = keep_warning, .warn_cookie = &warnings};
+    CoTexturesOptions options = {
+        .resident_bytes = 1, .warn = keep_warning, .warn_cookie = &warnings};
     CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
     make_lookups(1, 16);
     bool ok = false;

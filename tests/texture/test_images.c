@@ -136,8 +136,8 @@ static void srgb_is_decoded_by_its_formula(void **state)
         assert_true(fabs((double)look(textures, raw, s, t, 0)[2] - x) < 2e-7);
     }
     for (double x = -3; x < 20; x += .01) {
-        double linear = copysign(fabs(x) <= .04045 ? fabs(x) / 12.92
-                                                   : pow((fabs(x) + .055) / 1.055, 2.4), x);
+        double linear =
+            copysign(fabs(x) <= .04045 ? fabs(x) / 12.92 : pow((fabs(x) + .055) / 1.055, 2.4), x);
         assert_true(fabs((double)co_srgb_decode((float)x) - linear) <= 3e-7 * fabs(linear) + 1e-9);
     }
     // One channel of 8 bits and three of 16 are data unless somebody says otherwise.
@@ -195,7 +195,9 @@ static void named_spaces_are_asked_for(void **state)
 static void footprints_see_averages_of_light(void **state)
 {
     (void)state;
-    enum { SIDE = 256 };
+    enum {
+        SIDE = 256
+    };
     uint16_t *pixels = malloc(SIDE * SIDE * 3 * sizeof *pixels);
     double mean = 0;
     for (uint32_t i = 0; i < SIDE * SIDE * 3; i++)
@@ -214,8 +216,14 @@ static void footprints_see_averages_of_light(void **state)
     CohortError err = {0};
     for (int w = 1; w <= 40; w += 13) {
         for (int i = 0; i < 64 * 64; i++)
-            lookups[i] = (CoLookup){id, 0, ((float)(i % 64) + .5f) / 64, ((float)(i / 64) + .5f) / 64,
-                                    (float)w / SIDE, 0, 0, 3.0f / SIDE};
+            lookups[i] = (CoLookup){id,
+                                    0,
+                                    ((float)(i % 64) + .5f) / 64,
+                                    ((float)(i / 64) + .5f) / 64,
+                                    (float)w / SIDE,
+                                    0,
+                                    0,
+                                    3.0f / SIDE};
         assert_true(co_textures_evaluate(textures, lookups, 64 * 64, out, CO_LOOKUP_SORTED, NULL,
                                          NULL, NULL, &err));
         double sum = 0;
@@ -231,8 +239,10 @@ static void udim_tiles_lie_ten_in_a_row(void **state)
     (void)state;
     for (uint16_t i = 0; i < 3; i++) {
         const uint16_t pixel[] = {(uint16_t)(51 * (i + 1)), 0, 255};
-        write_png(in_folder(i == 0 ? "u.1001.png" : i == 1 ? "u.1002.png" : "u.1012.png"), 1, 1, 3, 8,
-                  pixel);
+        write_png(in_folder(i == 0   ? "u.1001.png"
+                            : i == 1 ? "u.1002.png"
+                                     : "u.1012.png"),
+                  1, 1, 3, 8, pixel);
     }
     CoTextures *textures = create_textures(&warnings, 0);
     uint32_t id = add(textures, in_folder("u.<UDIM>.png"), COHORT_COLOR_RAW, COHORT_WRAP_REPEAT);
@@ -251,7 +261,9 @@ static void udim_tiles_lie_ten_in_a_row(void **state)
 static void all_schedules_give_the_same_bits(void **state)
 {
     (void)state;
-    enum { COUNT = 6000 };
+    enum {
+        COUNT = 6000
+    };
     static CoLookup lookups[COUNT];
     static float out[COUNT][4], expected[COUNT][4];
     uint16_t *pixels = malloc(200 * 150 * 4 * sizeof *pixels);
@@ -261,8 +273,14 @@ static void all_schedules_give_the_same_bits(void **state)
     write_png(in_folder("odd3.png"), 130, 65, 3, 8, pixels);
     free(pixels);
     for (uint32_t i = 0; i < COUNT; i++)
-        lookups[i] = (CoLookup){i % 5, 0, 4 * random_at(12, i) - 2, 4 * random_at(13, i) - 2,
-                                i % 3 ? .1f * random_at(14, i) : 0, 0, 0, .3f * random_at(15, i)};
+        lookups[i] = (CoLookup){i % 5,
+                                0,
+                                4 * random_at(12, i) - 2,
+                                4 * random_at(13, i) - 2,
+                                i % 3 ? .1f * random_at(14, i) : 0,
+                                0,
+                                0,
+                                .3f * random_at(15, i)};
     bool is_first = true;
     for (int resident = 0; resident < 2; resident++) {
         for (uint32_t threads = 1; threads <= 2; threads++) {
@@ -277,7 +295,8 @@ static void all_schedules_give_the_same_bits(void **state)
                 size_t split = run < 2 ? COUNT : COUNT / 3;
                 for (size_t at = 0; at < COUNT; at += split) {
                     assert_true(co_textures_evaluate(textures, lookups + at, split, out + at,
-                                                     (CoLookupMode)(run & 1), NULL, NULL, &stats, &err));
+                                                     (CoLookupMode)(run & 1), NULL, NULL, &stats,
+                                                     &err));
                     if ((run & 1) == 0)
                         assert_int_equal(stats.blocks_twice, 0);
                 }
@@ -355,12 +374,48 @@ static void converted_files_are_found_again(void **state)
     // A folder that cannot be made is a warning that names it.
     Warnings told = {0};
     CohortError err = {0};
-    CoTexturesOptions options = {.converted_folder = path, .warn = keep_warning, .warn_cookie = &told};
+    CoTexturesOptions options = {
+        .converted_folder = path, .warn = keep_warning, .warn_cookie = &told};
     CoTextures *textures = co_textures_create(&options, &err);
     add(textures, path, COHORT_COLOR_RAW, COHORT_WRAP_CLAMP);
     assert_int_equal(told.count, 1);
     assert_non_null(strstr(told.text, "converted"));
     co_textures_destroy(textures);
+}
+
+static void every_allocation_may_fail(void **state)
+{
+    (void)state;
+    co_worker_count_set(1);
+    const uint16_t pixel[] = {51, 52, 53};
+    write_png(in_folder("fresh.1001.png"), 1, 1, 3, 8, pixel);
+    write_grid(in_folder("fresh.ptx"), 2, 3, CO_PTEX_U8, 3);
+    const char *paths[] = {in_folder("fresh.<UDIM>.png"), in_folder("fresh.ptx")};
+    for (int which = 0; which < 2; which++) {
+        bool ok = false;
+        for (uint64_t n = 1; !ok && n < 300; n++) {
+            CohortError err = {0};
+            Warnings told = {0};
+            CoTexturesOptions options = {
+                .converted_folder = test_folder, .warn = keep_warning, .warn_cookie = &told};
+            CohortTextureDesc desc = {.path = paths[which], .color_space = COHORT_COLOR_SRGB};
+            CoLookup lookup = {.s = .5f, .t = .5f};
+            float out[1][4];
+            co_memory_fail_after(n);
+            CoTextures *textures = co_textures_create(&options, &err);
+            ok = textures && co_textures_add(textures, &desc, &err) != COHORT_INVALID_ID &&
+                 co_textures_evaluate(textures, &lookup, 1, out, CO_LOOKUP_SORTED, NULL, NULL, NULL,
+                                      &err) &&
+                 told.count == 0;
+            co_textures_destroy(textures);
+            co_memory_fail_after(0);
+            assert_int_equal(co_memory_live(CO_MEMORY_TEXTURE), 0);
+            if (!ok && told.count == 0)
+                assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+        }
+        assert_true(ok);
+    }
+    co_worker_count_set(0);
 }
 
 int main(void)
@@ -375,6 +430,7 @@ int main(void)
         cmocka_unit_test(udim_tiles_lie_ten_in_a_row),
         cmocka_unit_test(all_schedules_give_the_same_bits),
         cmocka_unit_test(broken_images_are_warnings),
+        cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(converted_files_are_found_again),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

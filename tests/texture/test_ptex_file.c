@@ -1,5 +1,5 @@
-// The Ptex reader against files of the reference library: every texel of every level, and files that
-// lie.
+// The Ptex reader against files of the reference library: every texel of every level, and files
+// that lie.
 
 #include "sha256.h"
 #include "texture/ptex_filter.h"
@@ -33,7 +33,8 @@ static char *read_text(const char *path)
 }
 
 // Checks one face at one resolution against a digest of 16 hexadecimal digits.
-static int check_face(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2, const char *digest)
+static int check_face(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2,
+                      const char *digest)
 {
     static unsigned char *texels;
     static size_t capacity;
@@ -177,7 +178,8 @@ static void files_that_lie_are_refused_or_read(void **state)
         char name[128], path[512], info[8], texels[8];
         const char *verdicts = strstr(at, "\"info\": ");
         assert_int_equal(sscanf(at, "\"file\": \"%127[^\"]", name), 1);
-        assert_int_equal(sscanf(verdicts, "\"info\": \"%7[^\"]\", \"texels\": \"%7[^\"]", info, texels), 2);
+        assert_int_equal(
+            sscanf(verdicts, "\"info\": \"%7[^\"]\", \"texels\": \"%7[^\"]", info, texels), 2);
         snprintf(path, sizeof path, PTEX "/hostile/%s", name);
         CohortError err = {0};
         CoPtexFile *file = co_ptex_open(path, &err);

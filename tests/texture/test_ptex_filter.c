@@ -63,8 +63,8 @@ static int check_csv(const char *name, int *rows)
     CoPtexFile *file = co_ptex_open(path, &err);
     if (!file)
         fail_msg("%s: %s", path, err.message);
-    CoPtexFilter filter = {.kind = strstr(cut, "__box") ? CO_PTEX_FILTER_BOX
-                                                        : CO_PTEX_FILTER_BILINEAR,
+    CoPtexFilter filter = {.kind =
+                               strstr(cut, "__box") ? CO_PTEX_FILTER_BOX : CO_PTEX_FILTER_BILINEAR,
                            .no_edge_blend = strstr(cut, "noedgeblend") != NULL};
     snprintf(path, sizeof path, GOLDENS "/filters/%s", name);
     FILE *csv = fopen(path, "r");
@@ -81,12 +81,12 @@ static int check_csv(const char *name, int *rows)
         if (row.query.u > 1.9f || row.query.v > 1.9f || row.query.u < -0.9f || row.query.v < -0.9f)
             continue;
         float out[8];
-        assert_true(co_ptex_evaluate(file, &filter, &row.query, row.first, row.count, &decoder, out,
-                                     &err));
+        assert_true(
+            co_ptex_evaluate(file, &filter, &row.query, row.first, row.count, &decoder, out, &err));
         bool is_bad = false;
         for (uint32_t i = 0; i < row.count; i++)
-            is_bad |= !(fabsf(out[i] - row.values[i]) <=
-                        row.tolerance + 2e-6f * fabsf(row.values[i]));
+            is_bad |=
+                !(fabsf(out[i] - row.values[i]) <= row.tolerance + 2e-6f * fabsf(row.values[i]));
         if (is_bad && bad++ < 2)
             print_message("%s face %u (%.9g, %.9g): %g, expected %g\n", name, row.query.face,
                           (double)row.query.u, (double)row.query.v, (double)out[0],

@@ -77,10 +77,10 @@ static void rewriting_keeps_everything(void **state)
 {
     (void)state;
     static const char *const names[] = {
-        "cube_u8_c3",         "cube_u8_c4a",    "cube_u8_c4_alpha0", "cube_u16_c4a",
-        "cube_u16_c5_alpha4", "cube_f16_c4a",   "cube_f16_c4_alpha1", "cube_f32_c4a",
-        "cube_u8_c7",         "tiled_u8_rgb",   "tiled_f32_rgba",    "varres_u8_rgb",
-        "torus_varres_u16",   "nomip_u8_rgb",   "const_grid_u8",     "subface_mixed_u8",
+        "cube_u8_c3",         "cube_u8_c4a",          "cube_u8_c4_alpha0",  "cube_u16_c4a",
+        "cube_u16_c5_alpha4", "cube_f16_c4a",         "cube_f16_c4_alpha1", "cube_f32_c4a",
+        "cube_u8_c7",         "tiled_u8_rgb",         "tiled_f32_rgba",     "varres_u8_rgb",
+        "torus_varres_u16",   "nomip_u8_rgb",         "const_grid_u8",      "subface_mixed_u8",
         "tanvec_tiled_u8_c3", "border_black_periodic"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         check_rewrite(names[i]);
@@ -124,8 +124,8 @@ static float look(CoTextures *textures, uint32_t id, uint32_t face, float width)
     CohortError err = {0};
     CoLookup lookup = {.texture = id, .face = face, .s = .5f, .t = .5f, .ds0 = width, .dt1 = width};
     float out[1][4];
-    assert_true(co_textures_evaluate(textures, &lookup, 1, out, CO_LOOKUP_SORTED, NULL, NULL, NULL,
-                                     &err));
+    assert_true(
+        co_textures_evaluate(textures, &lookup, 1, out, CO_LOOKUP_SORTED, NULL, NULL, NULL, &err));
     return out[0][1];
 }
 
@@ -152,7 +152,8 @@ static void display_encoded_files_are_averaged_in_linear_light(void **state)
         CoTexturesOptions options = {.converted_folder = test_folder,
                                      .ptex_reductions_authored = is_authored};
         CoTextures *textures = co_textures_create(&options, &err);
-        CohortTextureDesc desc = {.path = in_folder("codes.ptx"), .color_space = COHORT_COLOR_AUTO,
+        CohortTextureDesc desc = {.path = in_folder("codes.ptx"),
+                                  .color_space = COHORT_COLOR_AUTO,
                                   .ptex_filter = COHORT_PTEX_BOX};
         uint32_t id = co_textures_add(textures, &desc, &err);
         bool is_triangle;
@@ -173,15 +174,23 @@ static void means_over_footprints_are_means_of_texels(void **state)
     CoTextures *textures = co_textures_create(&options, &err);
     CohortTextureDesc desc = {.path = in_folder("means.ptx")};
     uint32_t id = co_textures_add(textures, &desc, &err);
-    enum { SIDE = 48 };
+    enum {
+        SIDE = 48
+    };
     static CoLookup lookups[9 * SIDE * SIDE];
     static float out[9 * SIDE * SIDE][4];
     double mean[5];
     for (int w = 0; w < 5; w++) {
         for (int i = 0; i < 9 * SIDE * SIDE; i++) {
             int x = i % SIDE, y = i / SIDE % SIDE;
-            lookups[i] = (CoLookup){id, (uint32_t)(i / SIDE / SIDE), ((float)x + .5f) / SIDE,
-                                    ((float)y + .5f) / SIDE, .2f * (float)w, 0, 0, .1f * (float)w};
+            lookups[i] = (CoLookup){id,
+                                    (uint32_t)(i / SIDE / SIDE),
+                                    ((float)x + .5f) / SIDE,
+                                    ((float)y + .5f) / SIDE,
+                                    .2f * (float)w,
+                                    0,
+                                    0,
+                                    .1f * (float)w};
         }
         assert_true(co_textures_evaluate(textures, lookups, 9 * SIDE * SIDE, out, CO_LOOKUP_SORTED,
                                          NULL, NULL, NULL, &err));

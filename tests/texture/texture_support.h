@@ -68,12 +68,12 @@ static inline void write_grid(const char *path, uint32_t side, int log2, CoPtexT
     unsigned char *texels = malloc(size * count);
     for (uint32_t face = 0; face < side * side; face++) {
         int x = (int)(face % side), y = (int)(face / side), n = (int)side;
-        CoPtexFace info = {
-            .ulog2 = (int8_t)log2,
-            .vlog2 = (int8_t)log2,
-            .adjedges = 2 | 3 << 2 | 0 << 4 | 1 << 6,
-            .adjfaces = {y > 0 ? (int)face - n : -1, x + 1 < n ? (int)face + 1 : -1,
-                         y + 1 < n ? (int)face + n : -1, x > 0 ? (int)face - 1 : -1}};
+        CoPtexFace info = {.ulog2 = (int8_t)log2,
+                           .vlog2 = (int8_t)log2,
+                           .adjedges = 2 | 3 << 2 | 0 << 4 | 1 << 6,
+                           .adjfaces = {y > 0 ? (int)face - n : -1, x + 1 < n ? (int)face + 1 : -1,
+                                        y + 1 < n ? (int)face + n : -1,
+                                        x > 0 ? (int)face - 1 : -1}};
         for (size_t i = 0; i < count * channels; i++) {
             float value = random_at(face, i);
             uint16_t word = (uint16_t)(value * 65535.0f);
