@@ -243,8 +243,7 @@ CoScanStatus co_scan_number(CoScan *scan, CoNumber *out)
     return CO_SCAN_OK;
 }
 
-// ---- Conversions
-// ---------------------------------------------------------------------------------
+// ---- Conversions -------------------------------------------------------------------------------
 
 bool co_number_to_int64(const CoNumber *number, int64_t least, int64_t most, int64_t *out)
 {

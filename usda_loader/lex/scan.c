@@ -46,8 +46,7 @@ void co_scan_place(CoScan *scan, const char *at, uint32_t *line, uint32_t *colum
     *column = (uint32_t)(at - scan->line_begin) + 1;
 }
 
-// ---- White space
-// ---------------------------------------------------------------------------------
+// ---- White space -------------------------------------------------------------------------------
 
 static bool skip_block_comment(CoScan *scan)
 {
@@ -130,8 +129,7 @@ bool co_scan_gap(CoScan *scan)
     return blank;
 }
 
-// ---- Words
-// ---------------------------------------------------------------------------------------
+// ---- Words -------------------------------------------------------------------------------------
 
 // Bytes of the identifier character at p, 0 if none.
 static size_t identifier_char(const char *p, const char *end, bool first)
@@ -202,8 +200,7 @@ bool co_slice_is_identifier(CoSlice slice)
            identifier_end(slice.begin, slice.begin + slice.length) == slice.begin + slice.length;
 }
 
-// ---- Quoted things
-// -------------------------------------------------------------------------------
+// ---- Quoted things -----------------------------------------------------------------------------
 
 static bool is_triple(const char *p, const char *end, char c)
 {
@@ -287,8 +284,7 @@ CoScanStatus co_scan_path(CoScan *scan, CoSlice *out)
     return CO_SCAN_OK;
 }
 
-// ---- Escapes
-// -------------------------------------------------------------------------------------
+// ---- Escapes -----------------------------------------------------------------------------------
 
 static int hex_digit(char c)
 {

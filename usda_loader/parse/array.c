@@ -149,8 +149,7 @@ static bool fast_loop(CoParser *p, Array *array)
     }
 }
 
-// ---- The general reader
-// --------------------------------------------------------------------------
+// ---- The general reader ------------------------------------------------------------------------
 
 static bool parse_list(CoParser *p, Array *array);
 

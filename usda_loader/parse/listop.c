@@ -24,8 +24,7 @@ bool co_scan_list_kind(CoScan *scan, CoListOpKind *kind)
     return false;
 }
 
-// ---- Duplicates
-// ----------------------------------------------------------------------------------
+// ---- Duplicates --------------------------------------------------------------------------------
 
 static bool is_text(CohortType type)
 {
@@ -94,8 +93,7 @@ static bool refuse_duplicates(CoParser *p, const char *at, CohortType type,
     return true;
 }
 
-// ---- Lists
-// ---------------------------------------------------------------------------------------
+// ---- Lists -------------------------------------------------------------------------------------
 
 typedef struct Items {
     const CoListSyntax *syntax;
@@ -160,8 +158,7 @@ bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind
     return true;
 }
 
-// ---- Paths, names, arcs
-// --------------------------------------------------------------------------
+// ---- Paths, names, arcs ------------------------------------------------------------------------
 
 static bool path_item(CoParser *p, void *context, void *out)
 {

@@ -92,8 +92,7 @@ static bool is_list_op(CohortType type)
     return type >= COHORT_TYPE_TOKEN_LIST_OP && type <= COHORT_TYPE_UINT64_LIST_OP;
 }
 
-// ---- List operations of metadata
-// -----------------------------------------------------------------
+// ---- List operations of metadata ---------------------------------------------------------------
 
 static bool scalar_item(CoParser *p, void *context, void *out)
 {
@@ -167,8 +166,7 @@ static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
     return value != NULL;
 }
 
-// ---- Items with a syntax of their own
-// ------------------------------------------------------------
+// ---- Items with a syntax of their own ----------------------------------------------------------
 
 static bool set_text(CoParser *p, CoSpec *spec, const char *field, CohortType type, const char *at,
                      const char *text, size_t length)
@@ -292,8 +290,7 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
     return true;
 }
 
-// ---- Layers
-// --------------------------------------------------------------------------------------
+// ---- Layers ------------------------------------------------------------------------------------
 
 bool co_parse_layer_offset(CoParser *p, double *offset, double *scale, bool *found)
 {
@@ -407,8 +404,7 @@ static bool parse_relocates(CoParser *p, CoSpec *spec)
     return value != NULL;
 }
 
-// ---- name = value
-// --------------------------------------------------------------------------------
+// ---- name = value ------------------------------------------------------------------------------
 
 static bool parse_dictionary_field(CoParser *p, CoSpec *spec, const char *name, const char *at)
 {
@@ -473,8 +469,7 @@ static bool parse_generic(CoParser *p, CoSpec *spec)
     return value != NULL;
 }
 
-// ---- Blocks
-// --------------------------------------------------------------------------------------
+// ---- Blocks ------------------------------------------------------------------------------------
 
 static const char *const permissions[] = {"public", "private", NULL};
 static const char *const units[] = {"mm", "cm", "dm",  "m",   "km",      "in",      "ft",

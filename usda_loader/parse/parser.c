@@ -91,8 +91,7 @@ bool co_parse_char(CoParser *p, char c)
     return co_parse_expected(p, what);
 }
 
-// ---- Memory
-// --------------------------------------------------------------------------------------
+// ---- Memory ------------------------------------------------------------------------------------
 
 static void *or_stop(CoParser *p, void *memory)
 {
@@ -182,8 +181,7 @@ uint32_t co_parse_line(CoParser *p, const char *at)
     return line;
 }
 
-// ---- Statements and lists
-// ------------------------------------------------------------------------
+// ---- Statements and lists ----------------------------------------------------------------------
 
 static bool at_separator(CoParser *p)
 {

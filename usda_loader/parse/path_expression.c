@@ -29,8 +29,7 @@ static bool is_name_char(int c)
     return (unsigned)(c | 32) - 'a' < 26 || c == '_' || (unsigned)c - '0' < 10;
 }
 
-// ---- Predicates
-// ----------------------------------------------------------------------------------
+// ---- Predicates --------------------------------------------------------------------------------
 
 static bool check_argument(CoScan *scan)
 {
@@ -107,8 +106,7 @@ static bool check_predicate(CoScan *scan, int depth)
     }
 }
 
-// ---- Patterns
-// ------------------------------------------------------------------------------------
+// ---- Patterns ----------------------------------------------------------------------------------
 
 static bool check_glob(CoScan *scan, bool namespaces)
 {
@@ -195,8 +193,7 @@ static bool check_pattern(CoScan *scan)
     return check_element(scan, true, &found) && found;
 }
 
-// ---- Expressions
-// ---------------------------------------------------------------------------------
+// ---- Expressions -------------------------------------------------------------------------------
 
 // "%_", "%:name", "%/path:name", "%../path:name"
 static bool check_reference(CoScan *scan)

@@ -18,8 +18,7 @@ static bool end_statement(CoParser *p, bool semicolon, bool at_end)
     return co_parse_expected(p, semicolon ? "a line end or ';'" : "a line end");
 }
 
-// ---- Names
-// ---------------------------------------------------------------------------------------
+// ---- Names -------------------------------------------------------------------------------------
 
 static bool push_path(CoParser *p, const char *name, size_t length)
 {
@@ -78,8 +77,7 @@ static bool parse_type(CoParser *p, const char **type)
     return co_scan_gap(&p->scan) || co_parse_expected(p, "a blank and the prim's name in quotes");
 }
 
-// ---- Variants
-// ------------------------------------------------------------------------------------
+// ---- Variants ----------------------------------------------------------------------------------
 
 static CoSpec *find_set(CoParser *p, CoSpec *owner, const CohortString *name, const char *at)
 {
@@ -149,8 +147,7 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
     return true;
 }
 
-// ---- Prims
-// ---------------------------------------------------------------------------------------
+// ---- Prims -------------------------------------------------------------------------------------
 
 bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found)
 {

@@ -121,8 +121,7 @@ static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
     return spec;
 }
 
-// ---- Values
-// --------------------------------------------------------------------------------------
+// ---- Values ------------------------------------------------------------------------------------
 
 // A value of the attribute's type, or of a type that Cohort does not know.
 static bool parse_typed(CoParser *p, const CoSpec *attribute, CoValue *out)
@@ -260,8 +259,7 @@ static bool parse_spline(CoParser *p, CoSpec *attribute)
     return value != NULL;
 }
 
-// ---- Properties
-// ----------------------------------------------------------------------------------
+// ---- Properties --------------------------------------------------------------------------------
 
 static bool scan_dot(CoParser *p)
 {

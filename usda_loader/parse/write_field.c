@@ -32,8 +32,7 @@ static const char *word_of(const char *field)
     return field;
 }
 
-// ---- List operations
-// -----------------------------------------------------------------------------
+// ---- List operations ---------------------------------------------------------------------------
 
 const char *co_list_word(CoListOpKind kind)
 {
@@ -137,8 +136,7 @@ static void write_list_op(CoWriter *w, const char *name, const CoValue *value)
     }
 }
 
-// ---- Other shapes
-// --------------------------------------------------------------------------------
+// ---- Other shapes ------------------------------------------------------------------------------
 
 static void write_sublayers(CoWriter *w, const CoValue *value)
 {

@@ -48,8 +48,7 @@ static void write_order(CoWriter *w, const CoSpec *spec, const char *field, cons
     putc('\n', w->file);
 }
 
-// ---- Properties
-// ----------------------------------------------------------------------------------
+// ---- Properties --------------------------------------------------------------------------------
 
 // What stands before the name in every statement of a property.
 static void write_head(CoWriter *w, const CoSpec *property)
@@ -135,8 +134,7 @@ static void write_relationship(CoWriter *w, const CoSpec *relationship)
     }
 }
 
-// ---- Prims
-// ---------------------------------------------------------------------------------------
+// ---- Prims -------------------------------------------------------------------------------------
 
 static void write_contents(CoWriter *w, const CoSpec *spec);
 

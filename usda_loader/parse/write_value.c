@@ -159,8 +159,7 @@ static void write_element(CoWriter *w, const CoTypeInfo *info, const unsigned ch
     putc(')', w->file);
 }
 
-// ---- Array edits and splines
-// ---------------------------------------------------------------------
+// ---- Array edits and splines -------------------------------------------------------------------
 
 static void write_edit_item(CoWriter *w, const CoArrayEditItem *item)
 {
@@ -282,8 +281,7 @@ static void write_spline(CoWriter *w, const CoSpline *spline)
     putc('}', w->file);
 }
 
-// ---- Values
-// --------------------------------------------------------------------------------------
+// ---- Values ------------------------------------------------------------------------------------
 
 static void write_key(CoWriter *w, const char *key)
 {

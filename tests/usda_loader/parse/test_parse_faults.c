@@ -80,8 +80,7 @@ static void changed_bytes_never_crash(void **state)
     free(text);
 }
 
-// ---- The corpus
-// ----------------------------------------------------------------------------------
+// ---- The corpus --------------------------------------------------------------------------------
 
 typedef struct Sweep {
     size_t files, read, refused;

@@ -86,8 +86,7 @@ static void numbers_read_back_and_no_shorter_ones_do(void **state)
     }
 }
 
-// ---- Equality of layers
-// --------------------------------------------------------------------------
+// ---- Equality of layers ------------------------------------------------------------------------
 
 static void same_value(const CoValue *a, const CoValue *b);
 
