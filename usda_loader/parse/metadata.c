@@ -151,11 +151,9 @@ static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
         return co_parse_fail(p, at, "'%s' holds no list that could be edited", known->name);
     if (known)
         return parse_known_list(p, spec, known, kind);
-    char name[256];
-    if (word.length >= sizeof name)
-        return co_parse_fail(p, at, "found a name longer than %zu bytes", sizeof name - 1);
-    memcpy(name, word.begin, word.length);
-    name[word.length] = '\0';
+    const char *name = co_parse_token(p, word.begin, word.length);
+    if (!name)
+        return false;
     CoListSyntax syntax = {
         COHORT_TYPE_OPAQUE, sizeof(CohortString), opaque_item, NULL, false, false};
     if (!co_parse_list_op(p, spec, name, kind, &syntax))
@@ -290,120 +288,6 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
     return true;
 }
 
-// ---- Layers ------------------------------------------------------------------------------------
-
-bool co_parse_layer_offset(CoParser *p, double *offset, double *scale, bool *found)
-{
-    bool is_scale = co_scan_word(&p->scan, "scale");
-    *found = is_scale || co_scan_word(&p->scan, "offset");
-    if (!*found)
-        return true;
-    if (!co_parse_assignment(p))
-        return false;
-    CoNumber number;
-    if (co_scan_number(&p->scan, &number) != CO_SCAN_OK)
-        return co_parse_expected(p, "a number");
-    *(is_scale ? scale : offset) = number.real;
-    return true;
-}
-
-static bool sublayer_parameter(CoParser *p, void *context)
-{
-    CoArc *arc = context;
-    bool found;
-    if (!co_parse_layer_offset(p, &arc->offset, &arc->scale, &found))
-        return false;
-    return found || co_parse_expected(p, "offset or scale");
-}
-
-typedef struct ItemList {
-    void *items;
-    size_t count;
-} ItemList;
-
-static bool sublayer_item(CoParser *p, void *context)
-{
-    ItemList *list = context;
-    CohortString asset;
-    CoArc arc = {.prim = p->empty, .scale = 1.0, .line = co_parse_line(p, p->scan.at)};
-    if (!co_parse_asset(p, &asset))
-        return false;
-    arc.asset = co_parse_token(p, asset.text, asset.length);
-    if (!arc.asset)
-        return false;
-    CoScan ahead = p->scan;
-    co_scan_inline(&ahead);
-    if (co_scan_char(&ahead, '(')) {
-        p->scan.at = ahead.at;
-        if (!co_parse_statements(p, ')', sublayer_parameter, &arc))
-            return false;
-    }
-    CoArc *slot = co_parse_push(p, &list->items, &list->count, sizeof *slot);
-    if (slot)
-        *slot = arc;
-    return slot != NULL;
-}
-
-static bool parse_sublayers(CoParser *p, CoSpec *spec)
-{
-    const char *at = p->scan.at;
-    ItemList list = {0};
-    if (!co_parse_assignment(p) || !co_parse_char(p, '[') ||
-        !co_parse_list(p, ']', false, sublayer_item, &list))
-        return false;
-    CoValue *value = co_parse_field(p, spec, "subLayers", at);
-    if (value)
-        *value = (CoValue){.type = COHORT_TYPE_SUBLAYERS,
-                           .is_array = true,
-                           .count = list.count,
-                           .data = list.items};
-    return value != NULL;
-}
-
-static bool relocate_path(CoParser *p, bool may_be_empty, const char **out)
-{
-    const char *at = p->scan.at;
-    CoPathInfo info;
-    if (!co_parse_path(p, out, &info))
-        return false;
-    bool good = **out ? !info.is_root && !info.is_property && !info.has_variant : may_be_empty;
-    return good || co_parse_fail(p, at, "found <%s>, expected the path of a prim", *out);
-}
-
-static bool relocate_item(CoParser *p, void *context)
-{
-    ItemList *list = context;
-    CoRelocate relocate;
-    if (!relocate_path(p, false, &relocate.source))
-        return false;
-    co_scan_inline(&p->scan);
-    if (!co_parse_char(p, ':'))
-        return false;
-    co_scan_inline(&p->scan);
-    if (!relocate_path(p, true, &relocate.target))
-        return false;
-    CoRelocate *slot = co_parse_push(p, &list->items, &list->count, sizeof *slot);
-    if (slot)
-        *slot = relocate;
-    return slot != NULL;
-}
-
-static bool parse_relocates(CoParser *p, CoSpec *spec)
-{
-    const char *at = p->scan.at;
-    ItemList list = {0};
-    if (!co_parse_assignment(p) || !co_parse_char(p, '{') ||
-        !co_parse_list(p, '}', false, relocate_item, &list))
-        return false;
-    CoValue *value = co_parse_field(p, spec, "relocates", at);
-    if (value)
-        *value = (CoValue){.type = COHORT_TYPE_RELOCATES,
-                           .is_array = true,
-                           .count = list.count,
-                           .data = list.items};
-    return value != NULL;
-}
-
 // ---- name = value ------------------------------------------------------------------------------
 
 static bool parse_dictionary_field(CoParser *p, CoSpec *spec, const char *name, const char *at)
@@ -478,9 +362,9 @@ static const char *const units[] = {"mm", "cm", "dm",  "m",   "km",      "in",  
 static bool parse_layer_item(CoParser *p, CoSpec *spec)
 {
     if (co_scan_word(&p->scan, "subLayers"))
-        return parse_sublayers(p, spec);
+        return co_parse_sublayers(p, spec);
     if (co_scan_word(&p->scan, "relocates"))
-        return parse_relocates(p, spec);
+        return co_parse_relocates(p, spec);
     return parse_generic(p, spec);
 }
 

@@ -1,6 +1,7 @@
 #include "parse/parser.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 
 #include <stdarg.h>
 #include <string.h>
@@ -131,9 +132,23 @@ void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size)
     return (unsigned char *)list + used * size;
 }
 
+// Field names are few and come from tables, so most are known by their address.
+static const char *name_token(CoParser *p, const char *name)
+{
+    size_t slot = (size_t)co_hash64((uint64_t)(uintptr_t)name) % CO_NAME_CACHE;
+    if (p->names[slot].name != name) {
+        const char *token = co_parse_token(p, name, strlen(name));
+        if (!token)
+            return NULL;
+        p->names[slot].name = name;
+        p->names[slot].token = token;
+    }
+    return p->names[slot].token;
+}
+
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at)
 {
-    const char *token = co_parse_token(p, name, strlen(name));
+    const char *token = name_token(p, name);
     if (!token)
         return NULL;
     CoField *field = NULL;

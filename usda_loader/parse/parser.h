@@ -12,6 +12,10 @@
 #include "parse/layer.h"
 #include "parse/types.h"
 
+enum {
+    CO_NAME_CACHE = 64
+};
+
 typedef struct CoParser {
     CoScan scan;
     CoLayer *layer;
@@ -21,6 +25,9 @@ typedef struct CoParser {
     void *cookie;
     CohortError *err;
     const char *empty; // the token of ""
+    struct {
+        const char *name, *token;
+    } names[CO_NAME_CACHE]; // tokens of field names by the address of the name
     uint32_t error_count;
     bool stopped;    // memory or a limit is at an end: no recovery
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
@@ -45,7 +52,7 @@ const char *co_parse_token(CoParser *p, const char *text, size_t length);
 // Makes room for one more item in an arena list and returns it, zeroed. Capacity is the next power
 // of two of the count.
 void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size);
-// The field of that name, new or emptied for a later opinion.
+// The field of that name, new or with what was said before. `name` outlives the parse.
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at);
 bool co_parse_deeper(CoParser *p, const char *at); // p->depth++ within the limit
 bool co_parse_scratch(CoParser *p, size_t size);   // at least that many bytes
@@ -79,7 +86,7 @@ bool co_path_check(CoSlice path, CoPathInfo *info, size_t *bad);
 // <...> as an absolute path, a token; "" for <>.
 bool co_parse_path(CoParser *p, const char **out, CoPathInfo *info);
 
-// Judges a path expression (expression.c); `bad` receives the offset of what does not belong.
+// Judges a path expression (path_expression.c); `bad` receives the offset of what does not belong.
 bool co_expression_check(const char *text, size_t length, size_t *bad);
 
 // ---- Values (value.c, array.c, opaque.c)
@@ -112,15 +119,21 @@ bool co_parse_arcs(CoParser *p, CoSpec *spec, bool is_payload, CoListOpKind kind
 bool co_parse_path_list(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind);
 bool co_parse_names(CoParser *p, CoSpec *spec, const char *field); // a token[] field
 
-// ---- Metadata (metadata.c)
+// ---- Metadata (metadata.c, layer_metadata.c)
 bool co_parse_metadata(CoParser *p, CoSpec *spec); // a block from its '('
 bool co_variant_name_check(CoParser *p, const char *at, const CohortString *name);
+bool co_parse_sublayers(CoParser *p, CoSpec *root);
+bool co_parse_relocates(CoParser *p, CoSpec *root);
+// "offset = 1" or "scale = 2"; *found is false when neither stands here.
 bool co_parse_layer_offset(CoParser *p, double *offset, double *scale, bool *found);
 
-// ---- Prims and properties (prim.c, property.c, spline.c)
+// ---- Prims and properties (prim.c, property.c, samples.c, spline.c, spec.c)
 bool co_parse_contents(CoParser *p, CoSpec *spec); // up to the closing '}' of a prim or variant
 bool co_parse_property(CoParser *p, CoSpec *prim, bool *found);
-bool co_parse_spline(CoParser *p, CoSpline *out); // from its '{'
+// A value of the attribute's type, None, or the text of a value of a type that is not known.
+bool co_parse_typed(CoParser *p, const CoSpec *attribute, CoValue *out);
+bool co_parse_samples(CoParser *p, CoSpec *attribute); // from its '='
+bool co_parse_spline(CoParser *p, CoSpline *out);      // from its '{'
 CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
                       const char *at);
 // The spec of that name in a list, NULL if none.
