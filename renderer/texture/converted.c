@@ -4,9 +4,11 @@
 #include "base/hash.h"
 #include "base/mapped_file.h"
 #include "base/memory.h"
+#include "base/parallel.h"
 
 #include <errno.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -72,28 +74,56 @@ static bool convert_rgba(const CoTextureColor *color, float *rgba, size_t count,
     return true;
 }
 
-bool co_texture_to_linear(const CoTextureColor *color, float *pixels, size_t count,
-                          uint32_t channels, CohortError *err)
+typedef struct Linearizing {
+    const CoTextureColor *color;
+    float *pixels;
+    uint32_t channels;
+    atomic_bool has_failed;
+    CohortError err; // of the block that failed first
+} Linearizing;
+
+#define BLOCK 256 // pixels converted at a time
+
+static void linearize(void *context, size_t begin, size_t end, uint32_t worker)
 {
-    float rgba[4 * 256];
-    uint32_t colors = channels < 3 ? 1 : 3;
-    for (size_t i = 0; i < count * channels; i++)
-        pixels[i] = isfinite(pixels[i]) ? pixels[i] : 0;
-    for (size_t first = 0; first < count && !color->is_raw; first += 256) {
-        size_t n = count - first < 256 ? count - first : 256;
-        float *part = pixels + first * channels;
+    (void)worker;
+    Linearizing *work = context;
+    uint32_t channels = work->channels, colors = channels < 3 ? 1 : 3;
+    float rgba[4 * BLOCK];
+    for (size_t first = begin; first < end; first += BLOCK) {
+        size_t n = end - first < BLOCK ? end - first : BLOCK;
+        float *part = work->pixels + first * channels;
         for (size_t i = 0; i < n; i++) {
             for (uint32_t c = 0; c < 3; c++)
                 rgba[4 * i + c] = part[i * channels + (c < colors ? c : 0)];
             rgba[4 * i + 3] = 1;
         }
-        if (!convert_rgba(color, rgba, n, err))
-            return false;
+        CohortError err = {0};
+        if (!convert_rgba(work->color, rgba, n, &err)) {
+            if (!atomic_exchange(&work->has_failed, true))
+                work->err = err;
+            return;
+        }
         for (size_t i = 0; i < n; i++)
             for (uint32_t c = 0; c < colors; c++)
                 part[i * channels + c] = isfinite(rgba[4 * i + c]) ? rgba[4 * i + c] : 0;
     }
-    return true;
+}
+
+bool co_texture_to_linear(const CoTextureColor *color, float *pixels, size_t count,
+                          uint32_t channels, CohortError *err)
+{
+    for (size_t i = 0; i < count * channels; i++)
+        pixels[i] = isfinite(pixels[i]) ? pixels[i] : 0;
+    if (color->is_raw)
+        return true;
+    Linearizing work = {.color = color, .pixels = pixels, .channels = channels};
+    co_parallel_for(count, 64 * BLOCK, linearize, &work);
+    if (!atomic_load(&work.has_failed))
+        return true;
+    if (err && err->code == COHORT_OK)
+        *err = work.err;
+    return false;
 }
 
 // What a conversion does to colors is known by doing it: names say little.

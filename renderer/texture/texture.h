@@ -20,6 +20,7 @@ typedef struct CoTexturesOptions {
     uint64_t resident_bytes; // decoded texels that may stay resident where all fit; 0 = 1 GiB
     // Turns RGB(A) texels of a named color space (or "sRGB") into the rendering space, in place;
     // `pixels` holds count * 4 floats. NULL: sRGB is decoded by formula, nothing else is known.
+    // Threads: may be called by several at once.
     bool (*to_rendering)(void *cookie, const char *space, float *pixels, size_t count,
                          CohortError *err);
     void *cookie;
