@@ -91,6 +91,20 @@ bool co_scan_type_name(CoScan *scan, CoSlice *out)
     return stop > from;
 }
 
+static bool check_utf8(CoParser *p, CoSlice slice)
+{
+    const char *at = slice.begin, *end = slice.begin + slice.length;
+    while (at < end) {
+        uint32_t code;
+        size_t step = (unsigned char)*at < 0x80 ? 1 : co_utf8_decode(at, end, &code);
+        if (!step)
+            return co_parse_fail(p, at, "found a byte of value %d, expected text in UTF-8",
+                                 (unsigned char)*at);
+        at += step;
+    }
+    return true;
+}
+
 bool co_parse_string(CoParser *p, CohortString *out)
 {
     CoSlice slice;
@@ -102,6 +116,8 @@ bool co_parse_string(CoParser *p, CohortString *out)
                                  : " on the same line");
     if (status != CO_SCAN_OK)
         return co_parse_expected(p, "a quoted string");
+    if (!check_utf8(p, slice))
+        return false;
     char *text = co_parse_alloc(p, slice.length + 1, 1);
     if (!text)
         return false;
@@ -134,6 +150,8 @@ bool co_parse_asset(CoParser *p, CohortString *out)
                              "this asset path has no end; expected its closing @ on the line");
     if (status != CO_SCAN_OK)
         return co_parse_expected(p, "an asset path between @");
+    if (!check_utf8(p, slice))
+        return false;
     char *text = co_parse_alloc(p, slice.length + 1, 1);
     if (!text)
         return false;
