@@ -37,6 +37,8 @@ void co_mesh_destroy(CoMesh *mesh);
 typedef struct CoSurface {
     CoVec3 p;        // on the triangle
     CoVec3 p_error;  // bound of |computed - exact| per axis
+    float reach;     // a ray that starts closer to the triangle than this may meet it again: error of
+                     // the triangle test, which grows with the triangle
     CoVec3 ng;       // unit geometric normal of the triangle, outward by the mesh's orientation
     CoVec3 ns;       // unit shading normal: limit normal, authored normals, or ng
     uint32_t face;   // face of the cage

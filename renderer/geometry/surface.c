@@ -27,6 +27,19 @@ static void find_position(const CoVec3 p[3], float u, float v, CoSurface *out)
     out->p.z = interpolate(p[0].z, p[1].z, p[2].z, u, v, &out->p_error.z);
 }
 
+// The triangle test works on corners relative to the ray's origin, in float32: its error in the
+// distance along the normal is a few units in the last place of the largest of these (Pharr, Jakob,
+// Humphreys, "Physically Based Rendering", 6.8.4, bounds it by gamma(7) or so). Twice that is kept.
+static float test_reach(const CoVec3 p[3])
+{
+    CoVec3 a = co_sub(p[1], p[0]), b = co_sub(p[2], p[0]), c = co_sub(p[2], p[1]);
+    float size = 0.0f;
+    const CoVec3 edges[3] = {a, b, c};
+    for (int i = 0; i < 3; i++)
+        size = fmaxf(size, fmaxf(fabsf(edges[i].x), fmaxf(fabsf(edges[i].y), fabsf(edges[i].z))));
+    return 16.0f * 0x1p-24f * size;
+}
+
 // The triangle's normal in double: float32 would lose that of a sliver. Where there is none, +z, so
 // that it is a unit vector whatever was hit.
 static CoVec3 triangle_normal(const CoVec3 p[3])
@@ -95,6 +108,7 @@ void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurfa
     CoVec3 p[3];
     load_triangle(mesh, tri, p);
     find_position(p, u, v, out);
+    out->reach = test_reach(p);
     CoVec3 ng = triangle_normal(p);
     out->ng = s->left_handed ? co_neg(ng) : ng;
     CoVec3 ns = shading_normal(mesh, &g, tri, u, v);

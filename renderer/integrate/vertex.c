@@ -27,7 +27,7 @@ static CoAffine abs_affine(const CoAffine *a)
     return r;
 }
 
-// Error bound in the render frame: of the point itself, of its way out through the instance's
+// Error bound in the render frame: of the point itself and the triangle test, of its way out through the instance's
 // transforms, and of a ray origin's way back in, gamma(n) = n eps / (1 - n eps) per level
 // (Pharr, Jakob, Humphreys, "Physically Based Rendering", 6.8).
 static CoVec3 error_bound(const CoPlacement *placement, const CoSurface *surface, CoVec3 p)
@@ -35,7 +35,8 @@ static CoVec3 error_bound(const CoPlacement *placement, const CoSurface *surface
     const float gamma = 4.0f * (float)placement->chain_length * 0x1p-23f;
     CoAffine out = abs_affine(&placement->to_world), in = abs_affine(&placement->to_object);
     CoVec3 way_in = co_scale(co_affine_point(&in, abs3(p)), gamma);
-    CoVec3 local = co_add(surface->p_error, way_in);
+    CoVec3 reach = co_add(surface->p_error, co_vec3_splat(surface->reach));
+    CoVec3 local = co_add(reach, way_in);
     CoVec3 way_out = co_scale(co_affine_point(&out, abs3(surface->p)), gamma);
     return co_add(co_affine_vector(&out, local), way_out);
 }
