@@ -29,7 +29,12 @@ static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *
     const CoFieldNames *names = &flat->stage->composer.names;
     CoValueSource at_default = co_prim_value_source(prim, out->name, true);
     CoValueSource timed = co_prim_value_source(prim, out->name, false);
-    if (at_default.field)
+    CohortValue edited;
+    if (at_default.field && at_default.field->value.type == COHORT_TYPE_ARRAY_EDIT &&
+        cohort_prim_value(prim, out->name, COHORT_TIME_DEFAULT, &edited))
+        co_flat_add_field(flat, out, names->default_value,
+                          (CoValue){edited.type, true, edited.count, edited.data});
+    else if (at_default.field)
         co_flat_add_field(flat, out, names->default_value,
                           co_flat_value(flat, &at_default.field->value, at_default.source));
     if (timed.field && timed.field->name != names->default_value)

@@ -143,6 +143,10 @@ typedef struct CoValueSource {
 } CoValueSource;
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
 
+// An array of `type` with edits applied; base->count may be 0.
+bool co_value_edited(const CohortStage *stage, const CoArrayEdit *edit, CohortType type,
+                     const CohortValue *base, double time, CohortValue *out);
+
 // ---- List ops over packed items (with the lock held)
 // ----------------------------------------------
 typedef struct CoEditList {

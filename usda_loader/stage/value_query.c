@@ -7,27 +7,33 @@
 #include <math.h>
 #include <string.h>
 
-CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default)
+// The strongest source that the walk has not passed yet.
+static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
 {
-    const CoFieldNames *names = &prim->stage->composer.names;
-    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
-    while (co_property_next(&walk)) {
-        if (walk.kind != CO_SPEC_ATTRIBUTE)
-            break;
+    const CoFieldNames *names = &walk->prim->stage->composer.names;
+    while (co_property_next(walk) && walk->kind == CO_SPEC_ATTRIBUTE) {
         const CoField *field = NULL;
         if (!at_default)
-            field = co_spec_field(walk.spec, names->timeSamples);
-        if (!field && !at_default)
-            field = co_spec_field(walk.spec, names->spline);
-        if (!field)
-            field = co_spec_field(walk.spec, names->default_value);
-        if (field && field->value.type == COHORT_TYPE_TIME_SAMPLES &&
-            !co_value_samples(&field->value)->count)
+            field = co_spec_field(walk->spec, names->timeSamples);
+        if (field && (!co_value_samples(&field->value) || !co_value_samples(&field->value)->count))
             field = NULL;
-        if (field)
-            return (CoValueSource){field, walk.source, walk.spec};
+        if (!field && !at_default)
+            field = co_spec_field(walk->spec, names->spline);
+        if (!field)
+            field = co_spec_field(walk->spec, names->default_value);
+        // An animation block hides what weaker layers animate, not what they say by default.
+        if (field && field->value.type == COHORT_TYPE_ANIMATION_BLOCK)
+            at_default = true;
+        else if (field)
+            return (CoValueSource){field, walk->source, walk->spec};
     }
     return (CoValueSource){0};
+}
+
+CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default)
+{
+    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
+    return next_source(&walk, at_default);
 }
 
 static bool has_identity_time(const CoSource *source)
@@ -92,31 +98,50 @@ static size_t bracket(const CoTimeSamples *samples, double time)
     return low;
 }
 
-static bool sampled(const CohortStage *stage, const CoTimeSamples *samples, const CoSource *source,
-                    double time, CohortValue *out)
+static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out);
+
+// A value that is not between samples.
+static bool plain_value(CoPropertyWalk *walk, const CoValueSource *from, const CoValue *value,
+                        double time, CohortValue *out)
 {
-    double local = (time - source->offset) / source->scale;
+    const CohortStage *stage = walk->prim->stage;
+    if (value->type != COHORT_TYPE_ARRAY_EDIT)
+        return co_value_in_stage(stage, value, from->source, out);
+    CohortType type;
+    bool is_array;
+    const char *name = from->spec->type_name;
+    if (!co_type_from_name(name, strlen(name), &type, &is_array) || !is_array)
+        return false;
+    CohortValue base = {0};
+    if (!value_at(walk, time, &base) || base.type != type || !base.is_array)
+        base = (CohortValue){0};
+    return co_value_edited(stage, value->data, type, &base, time, out);
+}
+
+static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out)
+{
+    const CohortStage *stage = walk->prim->stage;
+    CoValueSource from = next_source(walk, isnan(time));
+    if (!from.field)
+        return false;
+    double local = (time - from.source->offset) / from.source->scale;
+    if (from.field->value.type == COHORT_TYPE_SPLINE)
+        return co_spline_value(stage, from.spec, &from.field->value, local, out);
+    const CoTimeSamples *samples = co_value_samples(&from.field->value);
+    if (!samples)
+        return plain_value(walk, &from, &from.field->value, time, out);
     size_t i = bracket(samples, local);
     bool is_between =
         i + 1 < samples->count && local > samples->times[i] && local < samples->times[i + 1];
     if (is_between && co_value_can_interpolate(&samples->values[i], &samples->values[i + 1]))
         return interpolated(stage, samples, i, local, out);
-    return co_value_in_stage(stage, &samples->values[i], source, out);
+    return plain_value(walk, &from, &samples->values[i], time, out);
 }
 
 bool cohort_prim_value(const CohortPrim *prim, const char *name, double time, CohortValue *out)
 {
-    bool at_default = isnan(time);
-    CoValueSource from = co_prim_value_source(prim, name, at_default);
-    if (!from.field)
-        return false;
-    const CoTimeSamples *samples = co_value_samples(&from.field->value);
-    if (samples)
-        return sampled(prim->stage, samples, from.source, time, out);
-    if (from.field->value.type == COHORT_TYPE_SPLINE)
-        return co_spline_value(prim->stage, from.spec, &from.field->value,
-                               (time - from.source->offset) / from.source->scale, out);
-    return co_value_in_stage(prim->stage, &from.field->value, from.source, out);
+    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
+    return value_at(&walk, time, out);
 }
 
 size_t cohort_prim_time_samples(const CohortPrim *prim, const char *name, const double **times)

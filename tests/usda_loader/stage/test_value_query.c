@@ -114,6 +114,28 @@ static void conveniences_fall_back(void **state)
     cohort_stage_destroy(stage);
 }
 
+static void assert_ints(const CohortStage *stage, const char *name, const int *expected,
+                        size_t count)
+{
+    CohortValue value;
+    assert_true(cohort_prim_value(test_prim(stage, "/A"), name, COHORT_TIME_DEFAULT, &value));
+    assert_int_equal(value.type, COHORT_TYPE_INT);
+    assert_int_equal(value.count, count);
+    for (size_t i = 0; i < count; i++)
+        assert_int_equal(((const int32_t *)value.data)[i], expected[i]);
+}
+
+static void edits_change_the_weaker_array(void **state)
+{
+    (void)state;
+    CohortStage *stage = test_open("edits.usda", NULL);
+    assert_ints(stage, "e", (const int[]){5, 0, 9, 3, 4, 5}, 6);
+    assert_ints(stage, "sized", (const int[]){1, 7, 7}, 3);
+    assert_ints(stage, "alone", (const int[]){1}, 1);
+    assert_true(number(stage, "/A", "ab", 1) == 3);
+    cohort_stage_destroy(stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -123,6 +145,7 @@ int main(void)
         cmocka_unit_test(samples_beat_the_default_at_a_time),
         cmocka_unit_test(layers_keep_their_own_time),
         cmocka_unit_test(curves_are_evaluated),
+        cmocka_unit_test(edits_change_the_weaker_array),
         cmocka_unit_test(conveniences_fall_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
