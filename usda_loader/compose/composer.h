@@ -65,6 +65,7 @@ typedef struct CoStackLayer {
 // One relocate as composition uses it; without a target the source is removed.
 typedef struct CoMove {
     const CoPath *source, *target;
+    const CoPath *origin; // the source before any move of an ancestor
 } CoMove;
 
 typedef struct CoVariable {

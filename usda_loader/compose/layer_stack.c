@@ -195,7 +195,8 @@ static void read_relocates(CoComposer *c, CoStack *stack, const CoLayerFile *fil
     const CoRelocate *items = count ? field->value.data : NULL;
     size_t before = stack->relocate_count;
     for (size_t i = 0; i < count; i++) {
-        CoMove move = {parse_prim_path(c, items[i].source), parse_prim_path(c, items[i].target)};
+        CoMove move = {parse_prim_path(c, items[i].source), parse_prim_path(c, items[i].target),
+                       NULL};
         bool deletes = move.source && !*items[i].target;
         if (!deletes && !is_relocatable(c, file, field, &move))
             continue;
@@ -215,6 +216,29 @@ static void read_relocates(CoComposer *c, CoStack *stack, const CoLayerFile *fil
     }
 }
 
+// Traces each source back through the moves of its ancestors.
+static void find_origins(CoComposer *c, CoStack *stack)
+{
+    for (size_t i = 0; i < stack->relocate_count; i++) {
+        CoMove *move = &stack->relocates[i];
+        move->origin = move->source;
+        // No more steps than moves: more would be a loop.
+        for (size_t step = 0; step < stack->relocate_count; step++) {
+            const CoMove *above = NULL;
+            for (size_t j = 0; j < stack->relocate_count; j++) {
+                const CoMove *other = &stack->relocates[j];
+                bool is_above = other->target && co_path_has_prefix(move->origin, other->target);
+                if (is_above && (!above || other->target->length > above->target->length))
+                    above = other;
+            }
+            if (!above)
+                break;
+            move->origin = co_composer_need(
+                c, co_path_replace_prefix(&c->paths, move->origin, above->target, above->source));
+        }
+    }
+}
+
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
 {
     for (size_t i = 0; i < c->stack_count; i++)
@@ -229,6 +253,7 @@ CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVaria
     walk_layers(c, stack, &capacity, &walk);
     for (size_t i = 0; i < stack->layer_count; i++)
         read_relocates(c, stack, stack->layers[i].file, &relocate_capacity);
+    find_origins(c, stack);
     c->stacks =
         co_composer_grow(c, c->stacks, c->stack_count, &c->stack_capacity, sizeof(CoStack *));
     c->stacks[c->stack_count++] = stack;

@@ -110,18 +110,21 @@ static bool is_implied_class(const CoArcSpec *arc)
     return co_arc_is_class(arc->kind) && arc->parent != arc->origin;
 }
 
+// Under a relocate an implied class is a placeholder that may well be the relocate's own source.
 static bool is_implied_under_relocate(const CoIndexer *indexer, const CoArcSpec *arc)
 {
     if (!is_implied_class(arc))
         return false;
     uint32_t node = arc->parent;
-    while (node != CO_NO_NODE) {
-        const CoNode *n = &indexer->graph.nodes[node];
-        if (!co_arc_is_class(n->link->kind) || n->parent == n->origin)
-            return n->link->kind == CO_ARC_RELOCATE;
-        node = n->parent;
+    while (co_arc_is_class(co_indexer_node_kind(indexer, node))) {
+        if (node == 0) {
+            node = indexer->frame->parent;
+            indexer = indexer->frame->outer;
+        } else {
+            node = indexer->graph.nodes[node].parent;
+        }
     }
-    return false;
+    return co_indexer_node_kind(indexer, node) == CO_ARC_RELOCATE;
 }
 
 // What the outer graph will call the site once the rest of the requested path is added to it.
@@ -232,8 +235,12 @@ const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath 
     CoMapPair *pairs = co_composer_scratch(c, site->stack->relocate_count + 1, sizeof *pairs);
     for (size_t i = 0; i < site->stack->relocate_count; i++) {
         const CoMove *move = &site->stack->relocates[i];
-        if (move->target && co_path_has_prefix(move->source, site->path->prim))
-            pairs[count++] = (CoMapPair){move->source, move->target};
+        // A move of what was itself moved in counts from where it first stood.
+        const CoPath *from = co_path_has_prefix(move->origin, site->path->prim)   ? move->origin
+                             : co_path_has_prefix(move->source, site->path->prim) ? move->source
+                                                                                  : NULL;
+        if (move->target && from)
+            pairs[count++] = (CoMapPair){from, move->target};
     }
     if (count) {
         pairs[count++] = (CoMapPair){&c->paths.root, &c->paths.root};
