@@ -34,7 +34,7 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
         if (c->files[i]->path != path)
             continue;
         if (!c->files[i]->layer)
-            CO_FAIL(err, COHORT_ERROR_FILE_READ, "it could not be read before");
+            CO_FAIL(err, COHORT_ERROR_FILE_READ, "it could not be read");
         return c->files[i]->layer ? c->files[i] : NULL;
     }
     if (c->file_count >= c->options.max_layers)
@@ -44,7 +44,11 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
     CoLayerFile *file = co_composer_alloc(c, sizeof *file);
     file->path = path;
     file->index = c->file_count;
-    file->layer = co_layer_open(path, &c->options, c->options.report, c->options.cookie, err);
+    size_t length = strlen(path);
+    if (length > 5 && !strcmp(path + length - 5, ".mtlx"))
+        CO_FAIL(err, COHORT_ERROR_FILE_READ, "MaterialX documents are not supported");
+    else
+        file->layer = co_layer_open(path, &c->options, c->options.report, c->options.cookie, err);
     c->files[c->file_count++] = file;
     if (!file->layer) {
         if (err->code == COHORT_ERROR_OUT_OF_MEMORY)

@@ -107,6 +107,19 @@ static bool compose_bool(const CohortPrim *prim, const char *name, bool fallback
     return fallback;
 }
 
+// Value clips are refused by name: their attributes have no samples then.
+static void warn_of_clips(CohortStage *stage, const CohortPrim *prim)
+{
+    for (uint32_t i = 0; i < prim->opinion_count; i++) {
+        const CoField *field = co_spec_field(prim->opinions[i].spec, stage->composer.names.clips);
+        if (!field)
+            continue;
+        co_composer_warn(&stage->composer, prim->opinions[i].source->file, field->line, prim->path,
+                         "value clips are not supported and are left out");
+        return;
+    }
+}
+
 static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
                              const CoOrdered *ordered)
 {
@@ -312,6 +325,7 @@ static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, u
     compose_identity(stage, prim, graph, &ordered);
     if (!(prim->flags & CO_PRIM_ACTIVE))
         return;
+    warn_of_clips(stage, prim);
     if (compose_bool(prim, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
         prim->flags |= CO_PRIM_INSTANCE;
         CohortPrim *prototype = find_prototype(stage, prim, graph, &ordered);
@@ -344,6 +358,53 @@ static void note_shown(CoComposer *c, CohortPrim *prim)
         if (is_shown(&prim->children[i]))
             shown[count++] = i;
     prim->shown = shown;
+}
+
+// ---- Children by name
+// -----------------------------------------------------------------------------
+#define WIDE 16 // with fewer children, looking at each is as fast
+
+static CoChildSlot *find_wide(const CohortStage *stage, const CohortPrim *siblings,
+                              const char *name)
+{
+    uint64_t h = co_hash64((uint64_t)(uintptr_t)siblings * 7 ^ (uint64_t)(uintptr_t)name);
+    for (size_t at = h & (stage->wide_capacity - 1);; at = (at + 1) & (stage->wide_capacity - 1)) {
+        CoChildSlot *slot = &stage->children[at];
+        if (!slot->child || (slot->siblings == siblings && slot->child->path->name == name))
+            return slot;
+    }
+}
+
+static void enter_children(CohortStage *stage, CohortPrim *prim)
+{
+    if (prim->child_count <= WIDE)
+        return;
+    size_t wanted = 2 * (stage->wide_count + prim->child_count);
+    if (wanted > stage->wide_capacity) {
+        CoChildSlot *old = stage->children;
+        size_t count = stage->wide_capacity, capacity = count ? count : 64;
+        while (capacity < wanted)
+            capacity *= 2;
+        stage->children = co_composer_array(&stage->composer, capacity, sizeof *old);
+        stage->wide_capacity = capacity;
+        for (size_t i = 0; i < count; i++)
+            if (old[i].child)
+                *find_wide(stage, old[i].siblings, old[i].child->path->name) = old[i];
+    }
+    for (uint32_t i = 0; i < prim->child_count; i++)
+        *find_wide(stage, prim->children, prim->children[i].path->name) =
+            (CoChildSlot){prim->children, &prim->children[i]};
+    stage->wide_count += prim->child_count;
+}
+
+const CohortPrim *co_prim_find_child(const CohortPrim *prim, const char *name)
+{
+    if (prim->child_count > WIDE)
+        return find_wide(prim->stage, prim->children, name)->child;
+    for (uint32_t i = 0; i < prim->child_count; i++)
+        if (prim->children[i].path->name == name)
+            return &prim->children[i];
+    return NULL;
 }
 
 static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
@@ -382,6 +443,7 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
         co_arena_rewind(&c->scratch, mark);
     }
     note_shown(c, prim);
+    enter_children(stage, prim);
 }
 
 void co_stage_compose(CohortStage *stage)

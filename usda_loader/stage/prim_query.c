@@ -6,16 +6,6 @@
 
 // ---- Finding
 // --------------------------------------------------------------------------------------
-static const CohortPrim *find_child(const CohortPrim *prim, const char *name, size_t length)
-{
-    for (uint32_t i = 0; i < prim->child_count; i++) {
-        const char *own = prim->children[i].path->name;
-        if (!strncmp(own, name, length) && !own[length])
-            return &prim->children[i];
-    }
-    return NULL;
-}
-
 const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path)
 {
     if (!path || *path != '/')
@@ -24,7 +14,8 @@ const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path)
     const char *at = path + 1;
     while (prim && *at) {
         size_t length = strcspn(at, "/");
-        prim = length ? find_child(prim, at, length) : NULL;
+        const char *name = length ? co_token(at, length) : NULL;
+        prim = name ? co_prim_find_child(prim, name) : NULL;
         at += length;
         if (*at && !*++at)
             return NULL;

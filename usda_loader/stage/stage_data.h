@@ -77,6 +77,12 @@ typedef struct CoInstanceSlot {
     CohortPrim *prim;
 } CoInstanceSlot;
 
+// A child of a prim with many, by name.
+typedef struct CoChildSlot {
+    CohortPrim *siblings; // the array it is in
+    CohortPrim *child;
+} CoChildSlot;
+
 struct CohortStage {
     CoComposer composer;
     CoStack *stack;
@@ -84,6 +90,9 @@ struct CohortStage {
     size_t prim_count;
     CoInstanceSlot *instances; // prototypes by key, open addressing
     size_t instance_count, instance_capacity;
+    CoChildSlot
+        *children; // open addressing over (siblings, name), only of prims with many children
+    size_t wide_count, wide_capacity;
     pthread_mutex_t lock; // guards all below
     CoArena answers_arena;
     CoAnswerSlot *answers;
@@ -95,6 +104,9 @@ struct CohortStage {
 
 // Builds the whole tree below stage->root; leaves by the composer's escape on failure.
 void co_stage_compose(CohortStage *stage);
+
+// The child of that name (a token), or NULL.
+const CohortPrim *co_prim_find_child(const CohortPrim *prim, const char *name);
 
 // ---- Answers ------------------------------------------------------------------------------------
 // Queries that need memory: lock, look up, else work out in the arena and keep. `lock` is not

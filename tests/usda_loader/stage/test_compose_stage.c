@@ -2,6 +2,9 @@
 
 #include "usda_loader/stage/stage_fixture.h"
 
+#include <stdlib.h>
+#include <unistd.h>
+
 static void strength_is_liverps(void **state)
 {
     (void)state;
@@ -139,6 +142,40 @@ static void what_is_broken_is_reported_and_the_rest_stands(void **state)
     cohort_stage_destroy(stage);
 }
 
+static void what_is_unsupported_is_named(void **state)
+{
+    (void)state;
+    Reports reports = {0};
+    CohortStage *stage = test_open("clips.usda", &reports);
+    assert_true(test_was_reported(&reports, "/M|4|", "value clips"));
+    assert_true(test_was_reported(&reports, "/Looks|", "MaterialX"));
+    assert_int_equal(reports.count, 2);
+    cohort_stage_destroy(stage);
+}
+
+static void many_children_are_found_by_name(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/cohort_wide_XXXXXX.usda", name[64];
+    int fd = mkstemps(path, 5);
+    assert_true(fd >= 0);
+    FILE *file = fdopen(fd, "w");
+    fputs("#usda 1.0\n", file);
+    for (int i = 0; i < 300; i++)
+        fprintf(file, "def \"P%d\"\n{\n    def \"Q\"\n    {\n    }\n}\n", i);
+    fclose(file);
+    CohortStage *stage = cohort_stage_open(path, NULL, NULL);
+    unlink(path);
+    assert_non_null(stage);
+    for (int i = 0; i < 300; i++) {
+        snprintf(name, sizeof name, "/P%d/Q", i);
+        assert_string_equal(cohort_prim_path(test_prim(stage, name)), name);
+    }
+    assert_null(cohort_stage_prim(stage, "/P300"));
+    assert_int_equal(cohort_prim_child_count(cohort_stage_root(stage)), 300);
+    cohort_stage_destroy(stage);
+}
+
 static void strict_turns_warnings_into_failure(void **state)
 {
     (void)state;
@@ -183,6 +220,8 @@ int main(void)
         cmocka_unit_test(equal_instances_share_their_children),
         cmocka_unit_test(relocates_move_and_remove),
         cmocka_unit_test(what_is_broken_is_reported_and_the_rest_stands),
+        cmocka_unit_test(what_is_unsupported_is_named),
+        cmocka_unit_test(many_children_are_found_by_name),
         cmocka_unit_test(strict_turns_warnings_into_failure),
         cmocka_unit_test(iteration_shows_active_defined_prims_in_order),
     };
