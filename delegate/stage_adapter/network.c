@@ -192,7 +192,8 @@ static const char *surface_output(const CohortPrim *material)
     return other;
 }
 
-// A UsdPreviewSurface's displacement output says nothing by itself: its input is looked at elsewhere.
+// A UsdPreviewSurface's displacement output says nothing by itself: its input is looked at
+// elsewhere.
 static void report_terminals(const CohortAdapter *a, const CohortPrim *material)
 {
     static const char *const names[] = {"outputs:displacement", "outputs:volume"};

@@ -71,7 +71,9 @@ static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim,
         return COHORT_PURPOSE_RENDER;
     if (strcmp(authored, "proxy") == 0)
         return COHORT_PURPOSE_PROXY;
-    return strcmp(authored, "guide") == 0 ? COHORT_PURPOSE_GUIDE : inherited;
+    if (strcmp(authored, "guide") == 0)
+        return COHORT_PURPOSE_GUIDE;
+    return authored[0] ? 0 : inherited; // a purpose that USD does not know is never included
 }
 
 // Invisible at all times: nothing below can undo it, so nothing below is looked at.

@@ -76,6 +76,7 @@ static void test_visibility_and_purpose(void **state)
     assert_null(fake_mesh("/P/M"));
     assert_non_null(fake_mesh("/P/R"));
     assert_null(fake_mesh("/G"));
+    assert_null(fake_mesh("/O"));
     assert_true(root_instance("/V")->hidden); // at the earliest time
     assert_true(cohort_adapter_set_time(f.adapter, 2.0, NULL));
     assert_true(cohort_render_index_sync(f.index, NULL));
