@@ -1,6 +1,6 @@
 // Asset paths: from the layer that says them.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static const CohortAsset *asset(const CohortStage *stage, const char *name)
 {

@@ -1,6 +1,6 @@
 // Each arc, and all of them against each other.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 #include <stdlib.h>
 #include <unistd.h>

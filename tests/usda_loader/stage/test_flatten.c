@@ -1,6 +1,6 @@
 // A flattened stage says, in one layer, what the composed one says.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 #include <stdlib.h>
 #include <unistd.h>

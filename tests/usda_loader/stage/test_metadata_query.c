@@ -1,7 +1,7 @@
 // Metadata: strongest, merged or edited, by its type; and the order of names.
 
 #include "stage/stage_data.h"
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static int64_t dict_int(const CoDict *dict, const char *key)
 {

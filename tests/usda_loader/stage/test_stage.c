@@ -1,6 +1,6 @@
 // Opening: what is known of the whole stage, limits and failures.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static void the_root_layer_speaks_for_the_stage(void **state)
 {

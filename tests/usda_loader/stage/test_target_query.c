@@ -1,6 +1,6 @@
 // Targets and connections in the stage's namespace.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static void targets_follow_their_arc(void **state)
 {

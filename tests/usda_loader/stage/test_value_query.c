@@ -1,6 +1,6 @@
 // Values over time: samples, interpolation, blocks, offsets and rates.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static double number(const CohortStage *stage, const char *prim, const char *name, double time)
 {

@@ -1,6 +1,6 @@
 // Xform ops: every kind, their order, inverses and resets.
 
-#include "usda_loader/stage/stage_fixture.h"
+#include "usda_loader/stage/usda_stage_fixture.h"
 
 static void move(const CohortStage *stage, const char *prim, double time, const double p[3],
                  double out[3])

@@ -1,7 +1,7 @@
 // Opening the stages of tests/data/compose, with what was reported while doing so.
 
-#ifndef TEST_STAGE_FIXTURE_H
-#define TEST_STAGE_FIXTURE_H
+#ifndef TEST_USDA_STAGE_FIXTURE_H
+#define TEST_USDA_STAGE_FIXTURE_H
 
 #include "cohort/usda.h"
 
