@@ -153,10 +153,18 @@ static bool look_up(CohortRender *render, size_t *sums, size_t blocks, CohortErr
         return false;
     co_parallel_for(blocks, 1, fill_lookups, &work);
     render->lookup_batches += sum > 0;
-    return sum == 0 ||
-           co_textures_evaluate(render->scene->textures, b->lookups, sum, b->texels,
-                                render->sorts_hits ? CO_LOOKUP_SORTED : CO_LOOKUP_CACHED,
-                                &render->cancel, render->scratch, &render->lookups, err);
+    if (sum == 0)
+        return true;
+    CoLookupStats stats = {0};
+    bool ok = co_textures_evaluate(render->scene->textures, b->lookups, sum, b->texels,
+                                   render->sorts_hits ? CO_LOOKUP_SORTED : CO_LOOKUP_CACHED,
+                                   &render->cancel, render->scratch, &stats, err);
+    render->lookups.lookups += stats.lookups;
+    render->lookups.requests += stats.requests;
+    render->lookups.blocks_read += stats.blocks_read;
+    render->lookups.blocks_twice += stats.blocks_twice;
+    render->lookups.bytes_read += stats.bytes_read;
+    return ok;
 }
 
 bool co_stage_request(CohortRender *render, CohortError *err)
