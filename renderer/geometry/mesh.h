@@ -39,6 +39,8 @@ typedef struct CoSurface {
     CoVec3 p_error;  // bound of |computed - exact| per axis
     float reach;     // a ray that starts closer to the triangle than this may meet it again: error of
                      // the triangle test, which grows with the triangle
+    CoVec3 start;    // p drawn in from the triangle's edges by a few times reach: where rays leave.
+                     // From the very edge they could leave through the neighbor, at t = 0
     CoVec3 ng;       // unit geometric normal of the triangle, outward by the mesh's orientation
     CoVec3 ns;       // unit shading normal: limit normal, authored normals, or ng
     uint32_t face;   // face of the cage

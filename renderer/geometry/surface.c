@@ -109,6 +109,8 @@ void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurfa
     load_triangle(mesh, tri, p);
     find_position(p, u, v, out);
     out->reach = test_reach(p);
+    CoVec3 center = co_scale(co_add(co_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
+    out->start = co_madd(out->p, co_sub(center, out->p), 64.0f * 0x1p-24f);
     CoVec3 ng = triangle_normal(p);
     out->ng = s->left_handed ? co_neg(ng) : ng;
     CoVec3 ns = shading_normal(mesh, &g, tri, u, v);

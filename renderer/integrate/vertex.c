@@ -56,6 +56,7 @@ void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, cons
                         ? &scene->materials[s->material]
                         : NULL;
     out->p = co_affine_point(&placement->to_world, s->p);
+    out->start = co_affine_point(&placement->to_world, s->start);
     out->p_error = error_bound(placement, s, out->p);
     out->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ng));
     out->ns = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ns));
@@ -66,7 +67,7 @@ void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, cons
 CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng)
 {
     float reach = co_dot(abs3(ng), vertex->p_error);
-    CoVec3 o = co_madd(vertex->p, ng, reach);
+    CoVec3 o = co_madd(vertex->start, ng, reach);
     // Adding may have rounded back towards the surface: one more step outward per axis.
     float *x = &o.x;
     const float *n = &ng.x;

@@ -19,7 +19,7 @@ typedef struct CoVertex {
     CoShadeHit hit;              // object space
     const CoMaterial *material;  // NULL: Lambertian with displayColor
     const CoPlacement *placement;
-    CoVec3 p;   // render frame
+    CoVec3 p, start; // render frame; start: CoSurface.start
     CoVec3 ng, ns; // unit, render frame, as the mesh is oriented
     CoVec3 wo;  // towards where the ray came from
     float width; // footprint's diameter here, scene units
