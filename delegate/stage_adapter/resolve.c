@@ -94,8 +94,41 @@ static CohortConformPolicy read_conform(const CohortAdapter *a)
     return COHORT_CONFORM_EXPAND_APERTURE;
 }
 
+// RenderVars name AOVs; which of them are written is the host's choice, but only these exist.
+static void report_vars(const CohortAdapter *a)
+{
+    const char *const *vars;
+    size_t count = a->product_prim ? cohort_prim_targets(a->product_prim, "orderedVars", &vars) : 0;
+    for (size_t i = 0; i < count; i++) {
+        const CohortPrim *var = cohort_stage_prim(a->stage, vars[i]);
+        const char *name = var ? cohort_prim_token(var, "sourceName", a->time, "") : "";
+        bool is_color = strcmp(name, "Ci") == 0 || strcmp(name, "beauty") == 0;
+        if (!var)
+            co_adapter_report(a, a->product_prim, "orderedVars", vars[i], "no such prim: ignored");
+        else if (!is_color && cohort_aov_descriptor(name).format == COHORT_FORMAT_NONE)
+            co_adapter_report(a, var, "sourceName", name, "no such AOV: no channel");
+    }
+}
+
+// The order of purposes is fixed: full, then all-purpose.
+static void report_binding_purposes(const CohortAdapter *a)
+{
+    CohortValue value;
+    if (!a->settings_prim ||
+        !cohort_prim_value(a->settings_prim, "materialBindingPurposes", a->time, &value) ||
+        value.type != COHORT_TYPE_TOKEN)
+        return;
+    const CohortString *purposes = value.data;
+    for (size_t i = 0; i < value.count; i++)
+        if (purposes[i].text[0] && strcmp(purposes[i].text, "full") != 0)
+            co_adapter_report(a, a->settings_prim, "materialBindingPurposes", purposes[i].text,
+                              "full, then all-purpose");
+}
+
 static void report_unsupported(const CohortAdapter *a)
 {
+    report_vars(a);
+    report_binding_purposes(a);
     const CohortPrim *prim = author_of(a, "dataWindowNDC");
     double window[4];
     if (prim && cohort_prim_numbers(prim, "dataWindowNDC", a->time, window, 4) &&

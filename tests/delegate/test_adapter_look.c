@@ -266,7 +266,10 @@ static void test_settings_and_camera(void **state)
         "def RenderSettings \"Set\" { rel camera = </Cam>\n uniform int2 resolution = (200, 100)\n"
         "uniform token renderingColorSpace = \"lin_rec709_scene\"\n"
         "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)\n rel products = </Set/P>\n"
-        "def RenderProduct \"P\" { token productName = \"out.exr\" } }\n" TRIANGLE("M", ""),
+        "def RenderProduct \"P\" { token productName = \"out.exr\"\n"
+        "rel orderedVars = [</Set/C>, </Set/L>, </Set/N>] }\n"
+        "def RenderVar \"C\" { uniform string sourceName = \"color\" }\n"
+        "def RenderVar \"L\" { uniform string sourceName = \"C<RD>[<L.>]\" } }\n" TRIANGLE("M", ""),
         NULL);
     CohortResolvedSettings settings;
     cohort_adapter_settings(f.adapter, &settings);
@@ -275,6 +278,9 @@ static void test_settings_and_camera(void **state)
     assert_int_equal(settings.height, 100);
     assert_string_equal(settings.product_name, "out.exr");
     assert_true(stage_fixture_reports(&f, "/Set", "dataWindowNDC"));
+    assert_true(stage_fixture_reports(&f, "/Set/L", "sourceName"));
+    assert_false(stage_fixture_reports(&f, "/Set/C", "sourceName"));
+    assert_true(stage_fixture_reports(&f, "/Set/P", "orderedVars"));
     CohortSettingValue space;
     assert_true(cohort_delegate_get(f.delegate, "cohort:renderingColorSpace", &space));
     assert_string_equal(space.string, "lin_rec709_scene");
