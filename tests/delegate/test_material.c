@@ -1,0 +1,246 @@
+// Material networks given by a host: what becomes of each node, and what an edit touches.
+
+#include "fake_host.h"
+#include "fake_renderer.h"
+
+#include "base/memory.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static CohortDelegate *delegate;
+static CohortRenderIndex *render_index;
+static FakeHost host;
+
+static int setup(void **state)
+{
+    (void)state;
+    fake_reset();
+    fake_host_init(&host);
+    delegate = cohort_delegate_create(NULL);
+    render_index = cohort_render_index_create(delegate, NULL);
+    return render_index ? 0 : 1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cohort_delegate_destroy(delegate);
+    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
+}
+
+static void insert(CohortPrimType type, const char *path)
+{
+    assert_true(cohort_render_index_insert(render_index, type, path, &host.scene, NULL, 0, NULL));
+}
+
+static void sync(void)
+{
+    assert_true(cohort_render_index_sync(render_index, NULL));
+}
+
+static const CohortReportEntry *report_of(const char *name)
+{
+    const CohortReportEntry *entries;
+    size_t count = cohort_delegate_report(delegate, &entries);
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(entries[i].name, name) == 0)
+            return &entries[i];
+    return NULL;
+}
+
+static CohortNodeInput text_input(const char *name, const char *text)
+{
+    return (CohortNodeInput){.name = name, .source_node = -1, .string = text, .resolved = text};
+}
+
+static CohortNodeInput number_input(const char *name, float value)
+{
+    return (CohortNodeInput){.name = name, .source_node = -1, .components = 1, .value = {value}};
+}
+
+static CohortNodeInput connection(const char *name, int32_t node, const char *output)
+{
+    return (CohortNodeInput){.name = name, .source_node = node, .source_output = output};
+}
+
+// A surface whose diffuseColor is connected to one node.
+static void sync_with_node(const char *id, const CohortNodeInput *inputs, size_t count)
+{
+    const CohortNodeInput surface[] = {connection("diffuseColor", 1, "g")};
+    const CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 1},
+        {.path = "/m/t", .id = id, .inputs = inputs, .input_count = count}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 2};
+    host.network = &network;
+    if (cohort_render_index_prim_count(render_index, COHORT_PRIM_MATERIAL) == 0)
+        insert(COHORT_PRIM_MATERIAL, "/m");
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    host.network = NULL;
+}
+
+static void test_uv_texture(void **state)
+{
+    (void)state;
+    const CohortNodeInput inputs[] = {text_input("file", "a.png"), text_input("wrapS", "periodic"),
+                                      text_input("wrapT", "sideways"),
+                                      text_input("sourceColorSpace", "raw")};
+    sync_with_node("UsdUVTexture", inputs, 4);
+    assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_TEXTURE);
+    assert_int_equal(fake.materials[0].diffuse_color.channel, 1);
+    assert_int_equal(fake.textures[0].wrap_s, COHORT_WRAP_REPEAT);
+    assert_int_equal(fake.textures[0].wrap_t, COHORT_WRAP_USE_METADATA);
+    assert_int_equal(fake.textures[0].color_space, COHORT_COLOR_RAW);
+    assert_non_null(report_of("wrapT"));
+    assert_true(fake.lookups[0][0].scale[2] == 1.0f);
+    assert_null(fake.lookups[0][0].st_primvar);
+    // The same texture again is the same texture.
+    sync_with_node("UsdUVTexture", inputs, 4);
+    assert_int_equal(fake.texture_count, 1);
+}
+
+static void test_missing_file_gives_the_fallback(void **state)
+{
+    (void)state;
+    const CohortNodeInput inputs[] = {{.name = "fallback",
+                                       .source_node = -1,
+                                       .components = 4,
+                                       .value = {0.25f, 0.5f, 0.75f, 1.0f}}};
+    sync_with_node("UsdUVTexture", inputs, 1);
+    assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_CONSTANT);
+    assert_true(fake.materials[0].diffuse_color.value[2] == 0.75f);
+    assert_non_null(report_of("inputs:file"));
+}
+
+static void test_ptex_nodes(void **state)
+{
+    (void)state;
+    const CohortNodeInput inputs[] = {text_input("filename", "a.ptx"),
+                                      number_input("linearize", 1.0f),
+                                      number_input("faceIndexOffset", 3.0f)};
+    sync_with_node("PxrPtexture", inputs, 3);
+    assert_true(fake.textures[0].is_ptex);
+    assert_int_equal(fake.textures[0].color_space, COHORT_COLOR_SRGB);
+    assert_true(fake.textures[0].fallback[0] == 1.0f && fake.textures[0].fallback[1] == 0.0f);
+    assert_non_null(report_of("faceIndexOffset"));
+    const CohortNodeInput uv[] = {text_input("file", "b.ptx")};
+    sync_with_node("UsdUVTexture", uv, 1);
+    assert_true(fake.textures[1].is_ptex);
+}
+
+static void test_unknown_node_is_named(void **state)
+{
+    (void)state;
+    sync_with_node("ND_fractal3d_float", NULL, 0);
+    assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_CONSTANT);
+    assert_true(fake.materials[0].diffuse_color.value[0] == 0.18f);
+    assert_non_null(report_of("ND_fractal3d_float"));
+}
+
+static void test_connections_out_of_range(void **state)
+{
+    (void)state;
+    const CohortNodeInput surface[] = {connection("diffuseColor", 99, "rgb"),
+                                       number_input("roughness", 0.25f)};
+    const CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 2}};
+    CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
+    host.network = &network;
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    sync();
+    assert_true(fake.materials[0].roughness.value[0] == 0.25f);
+    network.surface = 7;
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    assert_non_null(report_of("outputs:surface"));
+}
+
+static void test_unused_textures_cost_nothing(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"diffuseColor", "emissiveColor", "metallic"};
+    static CohortNodeInput surface[3], file[20];
+    CohortMaterialNode nodes[21] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 3}};
+    static const char letters[] = "abcdefghijklmnopqrst";
+    static char paths[20][2];
+    for (int i = 0; i < 20; i++) {
+        paths[i][0] = letters[i];
+        file[i] = text_input("file", paths[i]);
+        nodes[i + 1] = (CohortMaterialNode){
+            .path = "/m/t", .id = "UsdUVTexture", .inputs = &file[i], .input_count = 1};
+    }
+    // Twenty nodes, three of them used: the rest must cost nothing.
+    for (int i = 0; i < 3; i++)
+        surface[i] = connection(names[i], 18 - i, "r");
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 21};
+    host.network = &network;
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    sync();
+    assert_int_equal(fake.texture_count, 3);
+    assert_int_equal(fake.materials[0].lookup_count, 3);
+}
+
+// A material edit is no geometry edit, unless the material turns into none.
+static void test_edits_of_a_bound_material(void **state)
+{
+    (void)state;
+    CohortNodeInput surface[] = {number_input("roughness", 0.25f)};
+    CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 1}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
+    host.network = &network;
+    host.material = "/m";
+    insert(COHORT_PRIM_MESH, "/mesh");
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    sync();
+    const FakeObject *mesh = &fake.objects[fake.objects[0].instances[0].object];
+    assert_int_equal(mesh->material, 0);
+    surface[0].value[0] = 0.5f;
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_PARAMS);
+    sync();
+    assert_true(fake.materials[0].roughness.value[0] == 0.5f);
+    assert_int_equal(fake.set_mesh_calls, 1);
+    nodes[0].id = "PxrDisneyBsdf";
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    assert_int_equal(mesh->material, COHORT_INVALID_ID);
+    assert_non_null(report_of("info:id"));
+    nodes[0].id = "UsdPreviewSurface";
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    assert_int_equal(mesh->material, 0);
+    assert_true(cohort_delegate_set_bool(delegate, "enableSceneMaterials", false, NULL));
+    sync();
+    assert_int_equal(mesh->material, COHORT_INVALID_ID);
+}
+
+static void test_material_without_network(void **state)
+{
+    (void)state;
+    host.material = "/m";
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    insert(COHORT_PRIM_MESH, "/mesh");
+    sync();
+    assert_int_equal(fake.objects[fake.objects[0].instances[0].object].material, COHORT_INVALID_ID);
+    assert_non_null(report_of("Material"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_uv_texture, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_ptex_nodes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_unknown_node_is_named, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_connections_out_of_range, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_unused_textures_cost_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_edits_of_a_bound_material, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_material_without_network, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
