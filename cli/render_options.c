@@ -1,4 +1,4 @@
-#include "render.h"
+#include "render_command.h"
 
 #include "cli.h"
 

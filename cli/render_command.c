@@ -1,7 +1,7 @@
-#include "render.h"
+#include "render_command.h"
 
 #include "cli.h"
-#include "stats.h"
+#include "stats_file.h"
 
 #include <math.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "stats.h"
+#include "stats_file.h"
 
 #include "cli.h"
 
