@@ -213,6 +213,15 @@ static CoVec3 input_color(const CoMaterial *m, CoMaterialInput input, const CoSh
     return co_vec3_load(value);
 }
 
+// Constants and primvars are linear Rec.709; textures came in the rendering space.
+static CoVec3 rendering_color(const CoMaterial *m, CoMaterialInput input, const CoShadeHit *hit)
+{
+    CoVec3 color = input_color(m, input, hit);
+    if (!m->rec709 || m->inputs[input].kind == COHORT_INPUT_TEXTURE)
+        return color;
+    return co_color_apply(m->rec709, color);
+}
+
 static float input_float(const CoMaterial *m, CoMaterialInput input, const CoShadeHit *hit)
 {
     float value[4];
@@ -222,9 +231,9 @@ static float input_float(const CoMaterial *m, CoMaterialInput input, const CoSha
 
 void co_material_evaluate(const CoMaterial *m, const CoShadeHit *hit, CoPreviewSurface *out)
 {
-    out->diffuse_color = input_color(m, CO_INPUT_DIFFUSE, hit);
-    out->emissive_color = input_color(m, CO_INPUT_EMISSIVE, hit);
-    out->specular_color = input_color(m, CO_INPUT_SPECULAR, hit);
+    out->diffuse_color = rendering_color(m, CO_INPUT_DIFFUSE, hit);
+    out->emissive_color = rendering_color(m, CO_INPUT_EMISSIVE, hit);
+    out->specular_color = rendering_color(m, CO_INPUT_SPECULAR, hit);
     out->metallic = input_float(m, CO_INPUT_METALLIC, hit);
     out->roughness = input_float(m, CO_INPUT_ROUGHNESS, hit);
     out->clearcoat = input_float(m, CO_INPUT_CLEARCOAT, hit);

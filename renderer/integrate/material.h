@@ -15,6 +15,13 @@ typedef struct CoShadeHit {
     const float (*texels)[4]; // one per lookup of the material, before scale and bias
 } CoShadeHit;
 
+// A row-major 3x3 times a color.
+static inline CoVec3 co_color_apply(const float m[9], CoVec3 c)
+{
+    return co_vec3(m[0] * c.x + m[1] * c.y + m[2] * c.z, m[3] * c.x + m[4] * c.y + m[5] * c.z,
+                   m[6] * c.x + m[7] * c.y + m[8] * c.z);
+}
+
 // The texture lookup one node makes at a hit. width: footprint diameter on the surface, object space,
 // 0 = full resolution.
 void co_material_lookup(const CohortScene *scene, const CoLookupSource *source, const CoMesh *mesh,

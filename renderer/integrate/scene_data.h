@@ -75,6 +75,7 @@ typedef enum CoMaterialInput {
 
 typedef struct CoMaterial {
     CoArena arena; // names
+    const float *rec709; // 3x3 into the rendering space, set by the commit; NULL: the same
     bool is_set;
     CoInputSource inputs[CO_INPUT_COUNT];
     CoLookupSource lookups[CO_MATERIAL_LOOKUPS_MAX];
@@ -132,6 +133,8 @@ struct CohortScene {
     double frame[3]; // render = world - frame
     double box[6];   // world: min, max
     bool has_box, is_committed;
+    float rec709[9]; // linear Rec.709 -> rendering space, row-major
+    bool converts;   // and whether that changes anything
     bool has_cutouts;  // some material may pass rays
     bool has_lookups;  // some material looks textures up
     uint64_t path_count;

@@ -51,6 +51,17 @@ static void check_ptex(CohortScene *scene, uint32_t object, uint32_t material)
     }
 }
 
+// Colors of materials and meshes are authored in linear Rec.709, as USD has them.
+static void survey_colors(CohortScene *scene)
+{
+    co_color_rec709_matrix(scene->color, scene->rec709);
+    scene->converts = false;
+    for (int i = 0; i < 9; i++)
+        scene->converts = scene->converts || scene->rec709[i] != (i % 4 == 0 ? 1.0f : 0.0f);
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        scene->materials[i].rec709 = scene->converts ? scene->rec709 : NULL;
+}
+
 static void survey_materials(CohortScene *scene)
 {
     scene->has_cutouts = scene->has_lookups = false;
@@ -90,6 +101,7 @@ bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *opti
         scene->texture_ids[scene->textures_added] = id;
         scene->counts.texture_opens++;
     }
+    survey_colors(scene);
     survey_materials(scene);
     scene->materials_dirty = false;
     return true;
@@ -135,15 +147,14 @@ static bool build_lights(CohortScene *scene, CohortLightDesc *descs, CohortError
         read_light_image(scene, &descs[i], &scene->light_images[i]);
         descs[i].hidden = scene->light_images[i].pixels == NULL;
     }
-    float matrix[9], radius = 1.0f;
-    co_color_rec709_matrix(scene->color, matrix);
+    float radius = 1.0f;
     if (scene->has_box) {
         const double *b = scene->box;
         double dx = b[3] - b[0], dy = b[4] - b[1], dz = b[5] - b[2];
         radius = (float)(0.5 * sqrt(dx * dx + dy * dy + dz * dz));
     }
     scene->lights = co_lights_create(descs, scene->light_images, scene->light_count, scene->frame,
-                                     matrix, radius, err);
+                                     scene->rec709, radius, err);
     scene->counts.light_builds++;
     return scene->lights != NULL;
 }

@@ -131,7 +131,10 @@ void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *ou
     CoVec3 ns = shading_normal(vertex);
     if (!vertex->material) {
         *emissive = co_vec3_splat(0.0f);
-        co_bsdf_lambert(display_color(scene, vertex), ns, vertex->ng, vertex->wo, out);
+        CoVec3 color = display_color(scene, vertex);
+        if (scene->converts)
+            color = co_color_apply(scene->rec709, color);
+        co_bsdf_lambert(color, ns, vertex->ng, vertex->wo, out);
         return;
     }
     CoPreviewSurface surface;

@@ -3,7 +3,9 @@
 // A scene is edited between renders, then committed; a commit rebuilds only what was edited. Every
 // array given to a call is copied before it returns. Ids are small integers, never reused while the
 // scene lives. Space: scene units as authored, double transforms in USD's row-vector convention
-// (p' = p * M, translation in the last row); colors are linear in the rendering color space.
+// (p' = p * M, translation in the last row). Colors of lights are linear in the rendering color space;
+// those of materials and displayColor are linear Rec.709 and are brought there, textures by their own
+// color space.
 //
 // Threads: one thread edits at a time; nothing may be edited while a render of the scene runs.
 
