@@ -27,8 +27,8 @@ xargs awk -f "$rules/includes.awk" < "$breaches.sources" >> "$breaches"
 xargs awk -v file_wall=600 -v function_wall=80 -f "$rules/sizes.awk" < "$breaches.sources" |
     awk '/^--$/ { rest = 1; next } rest { print > "/dev/stderr"; next } { print }' >> "$breaches"
 
-# One name, one file: a message that says "vertex.c:120" leaves no doubt.
-awk -F/ '{ n[$NF]++; at[$NF] = at[$NF] " " $0 }
+# One name, one file within a top-level folder: a message that says "vertex.c:120" leaves no doubt.
+awk -F/ '{ f = $1 ": " $NF; n[f]++; at[f] = at[f] " " $0 }
          END { for (f in n) if (n[f] > 1) print f ": more than one file of this name:" at[f] }' \
     "$breaches.code" >> "$breaches"
 
