@@ -180,13 +180,15 @@ static void grow_instances(CohortStage *stage)
             *find_instance(stage, old[i].key, old[i].length, old[i].hash) = old[i];
 }
 
-// Equal keys, equal children: the same sites by the same arcs at the same times.
+// Equal keys, equal children: the same sites by the same arcs at the same times, below ancestors that
+// are defined and abstract alike, which their children inherit.
 static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
                                   const CoOrdered *ordered)
 {
     CoComposer *c = &stage->composer;
-    uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4, sizeof *key);
+    uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4 + 1, sizeof *key);
     size_t length = 0;
+    key[length++] = prim->flags & (CO_PRIM_DEFINED | CO_PRIM_ABSTRACT);
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         if (!node->is_instanceable || !node->site->spec_count)

@@ -103,6 +103,22 @@ static void equal_instances_share_their_children(void **state)
     cohort_stage_destroy(stage);
 }
 
+// The first instances met stand inside a class and show nothing: they are no prototypes for the rest.
+static void instances_inside_classes_serve_only_classes(void **state)
+{
+    (void)state;
+    CohortStage *stage = test_open("class_instances.usda", NULL);
+    const CohortPrim *oak = test_prim(stage, "/Oak");
+    assert_int_equal(cohort_prim_child_count(oak), 2);
+    for (size_t i = 0; i < 2; i++) {
+        const CohortPrim *leaf = cohort_prim_child(oak, i);
+        assert_true(cohort_prim_is_instance(leaf));
+        assert_int_equal(cohort_prim_child_count(leaf), 1);
+        assert_string_equal(cohort_prim_type(cohort_prim_child(leaf, 0)), "Mesh");
+    }
+    cohort_stage_destroy(stage);
+}
+
 static void relocates_move_and_remove(void **state)
 {
     (void)state;
@@ -218,6 +234,7 @@ int main(void)
         cmocka_unit_test(variants_nest_and_stronger_selections_win),
         cmocka_unit_test(choices_from_outside_beat_all),
         cmocka_unit_test(equal_instances_share_their_children),
+        cmocka_unit_test(instances_inside_classes_serve_only_classes),
         cmocka_unit_test(relocates_move_and_remove),
         cmocka_unit_test(what_is_broken_is_reported_and_the_rest_stands),
         cmocka_unit_test(what_is_unsupported_is_named),
