@@ -43,19 +43,6 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void report_diagnostic(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
-                              uint32_t column, const char *prim_path, const char *text)
-{
-    const RenderOptions *options = cookie;
-    if (severity > COHORT_SEVERITY_WARNING || (severity == COHORT_SEVERITY_WARNING && options->is_quiet))
-        return;
-    CohortError err = {.line = line, .column = column};
-    snprintf(err.file, sizeof err.file, "%s", file ? file : "");
-    snprintf(err.prim_path, sizeof err.prim_path, "%s", prim_path ? prim_path : "");
-    snprintf(err.message, sizeof err.message, "%s", text);
-    print_error(severity == COHORT_SEVERITY_ERROR ? "error" : "warning", &err);
-}
-
 static bool open_stage(RenderRun *run, CohortError *err)
 {
     const RenderOptions *o = &run->options;
@@ -67,8 +54,6 @@ static bool open_stage(RenderRun *run, CohortError *err)
                                     .headlight = o->headlight};
     options.stage.variants = o->variant_list;
     options.stage.variant_count = o->variants.count;
-    options.stage.report = report_diagnostic;
-    options.stage.cookie = &run->options;
     if (o->default_time)
         options.time_choice = COHORT_TIME_DEFAULTS;
     if (run->frames.count) {

@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 bool co_network_is_texture(const CohortMaterialNode *node)
 {
@@ -119,6 +120,9 @@ static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
         read_uv_node(net, node, file, &desc);
     else
         read_ptex_node(net, node, file, &desc);
+    if (!strstr(desc.path, "<UDIM>") && access(desc.path, R_OK) != 0)
+        co_network_report(net, node, "inputs:file", desc.asset,
+                          "no such file can be read: the fallback color");
     return co_sync_texture(net->index, &desc, net->err);
 }
 

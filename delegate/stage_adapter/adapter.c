@@ -113,6 +113,31 @@ static bool copy_options(CohortAdapter *a, const CohortAdapterOptions *options, 
     return true;
 }
 
+// What composition leaves out is part of the one report, besides going to the client's callback.
+static void report_composition(void *cookie, CohortSeverity severity, const char *file,
+                               uint32_t line, uint32_t column, const char *prim_path,
+                               const char *text)
+{
+    const CohortAdapter *a = cookie;
+    const CohortStageOptions *client = &a->options.stage;
+    if (client->report)
+        client->report(client->cookie, severity, file, line, column, prim_path, text);
+    if (severity > COHORT_SEVERITY_WARNING)
+        return;
+    char place[512];
+    snprintf(place, sizeof place, line ? "%s:%u" : "%s", file ? file : "", line);
+    cohort_delegate_report_add(a->delegate, severity, prim_path ? prim_path : "", "composition",
+                               place, text);
+}
+
+static CohortStage *open_stage(CohortAdapter *a, const char *path, CohortError *err)
+{
+    CohortStageOptions options = a->options.stage;
+    options.report = report_composition;
+    options.cookie = a;
+    return cohort_stage_open(path, &options, err);
+}
+
 static double choose_time(const CohortAdapter *a)
 {
     double earliest;
@@ -142,7 +167,7 @@ CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
                                      .get_camera = co_pull_camera,
                                      .get_material = co_pull_material};
     if (copy_options(a, options, err))
-        a->stage = cohort_stage_open(path, options ? &options->stage : NULL, err);
+        a->stage = open_stage(a, path, err);
     if (!a->stage) {
         cohort_adapter_destroy(a);
         return NULL;

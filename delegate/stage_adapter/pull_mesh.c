@@ -152,6 +152,17 @@ static void report_motion(const CohortAdapter *a, const CohortPrim *prim)
     }
 }
 
+// Loop subdivides triangles only; Hydra draws other meshes of that scheme as they are.
+static void check_loop(const CohortAdapter *a, const CohortPrim *prim, CohortMeshDesc *desc)
+{
+    for (size_t i = 0; desc->scheme == COHORT_SCHEME_LOOP && i < desc->face_count; i++) {
+        if (desc->face_vertex_counts[i] == 3)
+            continue;
+        desc->scheme = COHORT_SCHEME_NONE;
+        co_adapter_report(a, prim, "subdivisionScheme", "loop", "not only triangles: not subdivided");
+    }
+}
+
 static void read_topology(const CohortAdapter *a, const CohortPrim *prim, CohortPull *pull,
                           CohortMeshDesc *desc)
 {
@@ -165,6 +176,7 @@ static void read_topology(const CohortAdapter *a, const CohortPrim *prim, Cohort
     desc->face_vertex_indices =
         co_values_ints(a, prim, "faceVertexIndices", &desc->face_vertex_index_count);
     desc->hole_indices = co_values_ints(a, prim, "holeIndices", &desc->hole_count);
+    check_loop(a, prim, desc);
     read_creases(a, prim, pull, desc);
     read_corners(a, prim, pull, desc);
 }

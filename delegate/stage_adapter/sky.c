@@ -1,5 +1,6 @@
-// The built-in sky: a clear gradient, a soft sun 45 degrees up and a grey ground, in linear
-// Rec.709.
+// The built-in sky: a clear gradient, a soft sun over the viewer's right shoulder and a gray
+// ground, in linear Rec.709. A white floor sends back about 0.8 and no part of the sky but the sun
+// reaches 1, so that pictures need no exposure.
 
 #include "stage_adapter/adapter.h"
 
@@ -14,14 +15,13 @@ enum {
     SKY_HEIGHT = 256
 };
 
-static const float zenith[3] = {0.18f, 0.36f, 0.80f}, horizon[3] = {0.85f, 0.92f, 1.0f},
-                   ground[3] = {0.24f, 0.22f, 0.20f}, sun[3] = {60.0f, 54.0f, 45.0f};
+static const float zenith[3] = {0.12f, 0.22f, 0.46f}, horizon[3] = {0.50f, 0.58f, 0.68f},
+                   ground[3] = {0.20f, 0.19f, 0.18f}, sun[3] = {165.0f, 146.0f, 120.0f};
 
 // cos^512: the sun's disk has no edge, so that any sampling of the image finds it.
 static double sun_lobe(const double d[3])
 {
-    const double h = 0.70710678118654752; // towards +X +Y
-    double cosine = d[0] * h + d[1] * h;
+    double cosine = d[0] * 0.48 + d[1] * 0.64 + d[2] * 0.60;
     if (cosine <= 0.0)
         return 0.0;
     for (int i = 0; i < 9; i++)

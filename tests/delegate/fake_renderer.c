@@ -79,6 +79,7 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
                       .level = desc->level,
                       .material = desc->material,
                       .ptex_face_offset = desc->ptex_face_offset,
+                      .scheme = desc->scheme,
                       .point_count = desc->point_count,
                       .primvar_count = desc->primvar_count};
     copy_path(o->path, desc->path);

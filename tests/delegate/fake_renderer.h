@@ -16,6 +16,7 @@ typedef struct FakeObject {
     bool is_mesh, is_group;
     char path[FAKE_PATH];
     uint32_t level, material, subset_material, ptex_face_offset;
+    CohortScheme scheme;
     size_t point_count, primvar_count;
     float first_point[3];
     size_t instance_count;

@@ -291,6 +291,20 @@ static void test_mesh_attributes(void **state)
     assert_int_equal(fake_mesh("/X/M")->ptex_face_offset, 9);
 }
 
+// Hydra does not subdivide what the loop scheme cannot take.
+static void test_loop_takes_triangles(void **state)
+{
+    (void)state;
+    open_stage(TRIANGLE("T", "uniform token subdivisionScheme = \"loop\"")
+                   "def Mesh \"Q\" { uniform token subdivisionScheme = \"loop\"\n"
+                   "int[] faceVertexCounts = [4]\n int[] faceVertexIndices = [0,1,2,3]\n"
+                   "point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)] }\n");
+    assert_int_equal(fake_mesh("/T")->scheme, COHORT_SCHEME_LOOP);
+    assert_false(stage_fixture_reports(&f, "/T", "subdivisionScheme"));
+    assert_int_equal(fake_mesh("/Q")->scheme, COHORT_SCHEME_NONE);
+    assert_true(stage_fixture_reports(&f, "/Q", "subdivisionScheme"));
+}
+
 static void test_implicits(void **state)
 {
     (void)state;
@@ -320,6 +334,7 @@ int main(void)
         cmocka_unit_test_teardown(test_nested_point_instancers, teardown),
         cmocka_unit_test_teardown(test_bad_instancers, teardown),
         cmocka_unit_test_teardown(test_mesh_attributes, teardown),
+        cmocka_unit_test_teardown(test_loop_takes_triangles, teardown),
         cmocka_unit_test_teardown(test_implicits, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

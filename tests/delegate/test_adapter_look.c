@@ -341,6 +341,42 @@ static void test_framing_env_and_headlight(void **state)
     assert_int_equal(access(fake.lights[0].texture_file, R_OK), 0);
 }
 
+static bool has_entry(const char *prim_path, const char *name, const char *text)
+{
+    const CohortReportEntry *entries;
+    size_t count = cohort_adapter_report(f.adapter, &entries);
+    for (size_t i = 0; i < count; i++)
+        if (!strcmp(entries[i].prim_path, prim_path) && !strcmp(entries[i].name, name) &&
+            (strstr(entries[i].action, text) || strstr(entries[i].value, text)))
+            return true;
+    return false;
+}
+
+static void count_call(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
+                       uint32_t column, const char *prim_path, const char *text)
+{
+    (void)severity, (void)file, (void)line, (void)column, (void)prim_path, (void)text;
+    ++*(int *)cookie;
+}
+
+static void test_missing_files_are_in_the_report(void **state)
+{
+    (void)state;
+    int calls = 0;
+    CohortAdapterOptions options = {.stage = {.report = count_call, .cookie = &calls}};
+    open_with("def \"R\" (references = @nowhere.usda@) {}\n"
+              "def Material \"T\" { token outputs:surface.connect = </T/S.outputs:surface>\n"
+              "def Shader \"S\" { uniform token info:id = \"UsdPreviewSurface\"\n"
+              "color3f inputs:diffuseColor.connect = </T/I.outputs:rgb>\n token outputs:surface }\n"
+              "def Shader \"I\" { uniform token info:id = \"UsdUVTexture\"\n"
+              "asset inputs:file = @nowhere.png@\n float3 outputs:rgb } }\n"
+              "def Xform \"X\" " BIND " { rel material:binding = </T>\n" TRIANGLE("M", "") "}\n",
+              &options);
+    assert_true(has_entry("/R", "composition", "nowhere.usda"));
+    assert_true(has_entry("/T/I", "inputs:file", "nowhere.png"));
+    assert_true(calls > 0);
+}
+
 static void test_z_up_framing(void **state)
 {
     (void)state;
@@ -377,6 +413,7 @@ int main(void)
         cmocka_unit_test_teardown(test_asked_camera_and_size, teardown),
         cmocka_unit_test_teardown(test_unknown_camera_is_an_error, teardown),
         cmocka_unit_test_teardown(test_framing_env_and_headlight, teardown),
+        cmocka_unit_test_teardown(test_missing_files_are_in_the_report, teardown),
         cmocka_unit_test_teardown(test_z_up_framing, teardown),
         cmocka_unit_test_teardown(test_missing_stage, teardown),
     };
