@@ -53,7 +53,7 @@ static void camera_ray(const CohortRender *render, uint32_t pixel, CoSampleKey k
     CoVec3 dir = co_madd(co_madd(co_scale(c->right, local_dir.x), c->up, local_dir.y), c->back,
                          local_dir.z);
     CoVec3 org = co_madd(co_madd(c->origin, c->right, local_org.x), c->up, local_org.y);
-    ray->dir = co_ray_quantize_direction(co_normalize(dir));
+    ray->dir = co_ray_snap_direction(co_normalize(dir), ray->code);
     float cosine = -co_dot(ray->dir, c->back);
     ray->org = co_madd(org, ray->dir, cosine > 0.0f ? c->clip_near / cosine : 0.0f);
 }

@@ -17,37 +17,49 @@ float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emi
     return p_bsdf / (p_bsdf + n_light * p_light);
 }
 
+// Most rays meet no light: the record is decoded when the first one is met.
 typedef struct Collector {
     CohortRender *render;
-    const CoRay *ray;
+    const uint32_t *words;
 } Collector;
 
 static void collect(void *context, const CoLightHit *hit)
 {
     Collector *c = context;
-    float share = co_mis_emission(c->render, c->ray, hit->emitter);
-    if (c->ray->kind != CO_RAY_CAMERA)
+    CoRay ray;
+    co_ray_decode(c->words, c->render->ray_options, &ray);
+    float share = co_mis_emission(c->render, &ray, hit->emitter);
+    if (ray.kind != CO_RAY_CAMERA)
         share *= hit->diffuse;
-    CoVec3 light = co_scale(co_mul(c->ray->weight, hit->radiance), share);
+    CoVec3 light = co_scale(co_mul(ray.weight, hit->radiance), share);
     uint32_t pixel, sample;
-    co_path_split(c->render, c->ray->path, &pixel, &sample);
+    co_path_split(c->render, ray.path, &pixel, &sample);
     co_film_add_color(c->render->film, pixel, sample, light);
 }
 
-static void end_light_ray(CohortRender *render, const CoRay *ray, CoWorkerCounts *counts)
+static void end_light_ray(CohortRender *render, const uint32_t *words, CoWorkerCounts *counts)
 {
+    CoRay ray;
     CoVec3 radiance;
-    co_light_ray_end(render->scene->lights, ray->org, ray->dir, ray->emitter, &radiance);
+    co_ray_decode_shading(words, render->ray_options, &ray);
+    co_light_ray_end(render->scene->lights, ray.org, ray.dir, ray.emitter, &radiance);
     uint32_t pixel, sample;
-    co_path_split(render, ray->path, &pixel, &sample);
-    co_film_add_color(render->film, pixel, sample, co_mul(ray->weight, radiance));
+    co_path_split(render, ray.path, &pixel, &sample);
+    co_film_add_color(render->film, pixel, sample, co_mul(ray.weight, radiance));
     counts->miss++;
     counts->light_reached++;
 }
 
-static bool hides_lights(const CohortRender *render, const CoRay *ray)
+static void collect_lights(CohortRender *render, size_t i, const uint32_t *words)
 {
-    return render->settings.hide_lights && ray->kind == CO_RAY_CAMERA;
+    const CoRayBatch *rays = &render->batch.rays;
+    if (render->settings.hide_lights && co_ray_kind(words) == CO_RAY_CAMERA)
+        return;
+    Collector collector = {render, words};
+    CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
+    CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+    co_light_collect(render->scene->lights, org, dir, rays->tnear[i], render->batch.hits.t[i],
+                     collect, &collector);
 }
 
 // Settles ray i of the batch as far as that needs no surface; *hit receives what shading needs.
@@ -60,21 +72,18 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
         counts->invalid++;
         return false;
     }
-    CoRay ray;
     uint32_t record = b->rays.record[i];
-    co_ray_decode(&b->records.words[(size_t)record * render->ray_words], render->ray_options, &ray);
+    const uint32_t *words = &b->records.words[(size_t)record * render->ray_words];
     bool is_hit = t < INFINITY;
-    if (ray.kind == CO_RAY_LIGHT) {
+    if (co_ray_kind(words) == CO_RAY_LIGHT) {
         if (!is_hit)
-            end_light_ray(render, &ray, counts);
+            end_light_ray(render, words, counts);
         else if (b->occlusion[i])
             counts->blocked++;
         if (!is_hit || b->occlusion[i])
             return false;
-    } else if (!hides_lights(render, &ray)) {
-        Collector collector = {render, &ray};
-        co_light_collect(render->scene->lights, ray.org, ray.dir, ray.tnear, t, collect,
-                         &collector);
+    } else {
+        collect_lights(render, i, words);
     }
     if (!is_hit) {
         counts->miss++;

@@ -127,6 +127,8 @@ static void choose_sort(CohortRender *r)
     bool pays = c->geometry_bytes + c->accel_bytes > SORT_PAYS_BYTES;
     r->sorts_rays = sort == COHORT_SORT_RAYS || sort == COHORT_SORT_BOTH ||
                     (sort == COHORT_SORT_AUTO && pays);
+    // Rays of a small scene in the order of their bins share enough of the top level as they are.
+    r->groups_rays = r->sorts_rays || sort == COHORT_SORT_AUTO;
     r->sorts_hits = sort == COHORT_SORT_HITS || sort == COHORT_SORT_BOTH || sort == COHORT_SORT_AUTO;
 }
 

@@ -67,6 +67,7 @@ struct CohortRender {
     CoLookupStats lookups;
     uint64_t lookup_batches;
     bool sorts_rays, sorts_hits;
+    bool groups_rays; // traverses 64 at a time; else ray by ray, as the unsorted modes do
     uint32_t pixels;
     char *scratch; // kept copy of settings.scratch_folder, NULL = default
 

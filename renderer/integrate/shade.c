@@ -168,10 +168,14 @@ static void emit_light_sample(ShadeContext *c, const Scatter *s, uint32_t i)
     draw(c->render, s, CO_DECISION_LIGHT, i, s->n_light, 3, u);
     if (!co_light_sample(lights, s->origin, s->normal, u[0], u[1], u[2], &sample))
         return;
-    CoVec3 wi = co_ray_quantize_direction(sample.wi);
+    uint32_t code[2];
+    CoVec3 wi = co_ray_snap_direction(sample.wi, code);
     CoVec3 f = co_bsdf_eval(&s->bsdf, s->vertex->wo, wi, &pdf);
-    float p_light = (float)s->n_light * co_light_pdf(lights, s->origin, s->normal, sample.emitter, wi);
-    if (is_black(f) || !(p_light > 0.0f))
+    if (is_black(f))
+        return;
+    float p_light =
+        (float)s->n_light * co_light_sample_pdf(lights, s->origin, s->normal, &sample, wi);
+    if (!(p_light > 0.0f))
         return;
     float p_bsdf = sample.is_delta ? 0.0f : (float)s->n_bsdf * co_ray_quantize_pdf(pdf);
     CoRay ray = {.org = s->origin,
@@ -183,7 +187,8 @@ static void emit_light_sample(ShadeContext *c, const Scatter *s, uint32_t i)
                  .depth = s->ray->depth + 1,
                  .branch = s->is_split ? i : s->ray->branch,
                  .width = s->vertex->width,
-                 .spread = s->ray->spread};
+                 .spread = s->ray->spread,
+                 .code = {code[0], code[1]}};
     co_emit(&c->emitter, &ray, ray_key(s->key));
 }
 
@@ -208,7 +213,8 @@ static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
     draw(c->render, s, CO_DECISION_BSDF, i, s->n_bsdf, 3, u);
     if (!co_bsdf_sample(&s->bsdf, s->vertex->wo, u[0], u[1], u[2], &sample))
         return;
-    CoVec3 wi = co_ray_quantize_direction(sample.wi);
+    uint32_t code[2];
+    CoVec3 wi = co_ray_snap_direction(sample.wi, code);
     CoVec3 f = sample.weight;
     if (!sample.is_delta) {
         f = co_bsdf_eval(&s->bsdf, s->vertex->wo, wi, &pdf);
@@ -239,7 +245,8 @@ static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
                  .branch = branch,
                  .width = s->vertex->width,
                  .spread = fmaxf(s->ray->spread, cone),
-                 .flags = flags};
+                 .flags = flags,
+                 .code = {code[0], code[1]}};
     co_emit(&c->emitter, &ray, ray_key(s->key));
 }
 
@@ -287,9 +294,13 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
         return;
     for (size_t i = begin; i < end; i++) {
         const CoHitRecord *hit = &b->hit_records[i];
+        const uint32_t *words = &b->records.words[(size_t)hit->record * render->ray_words];
         CoRay ray;
-        co_ray_decode(&b->records.words[(size_t)hit->record * render->ray_words],
-                      render->ray_options, &ray);
+        // A ray that may pass goes back to the bins with its normal.
+        if (render->scene->has_cutouts)
+            co_ray_decode(words, render->ray_options, &ray);
+        else
+            co_ray_decode_shading(words, render->ray_options, &ray);
         CoVertex vertex;
         vertex.hit.texels = b->lookup_count ? (const float(*)[4])&b->texels[hit->first_lookup] : NULL;
         co_vertex_make(render->scene, co_placement_get(render->scene, &c.memo, hit->instance), hit,

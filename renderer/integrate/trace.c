@@ -20,11 +20,11 @@ static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
             CoVec3 dir = co_vec3(b->rays.dir_x[i], b->rays.dir_y[i], b->rays.dir_z[i]);
             b->rays.tfar[i] = co_camera_far(&scene->camera, dir);
         } else if (kind == CO_RAY_LIGHT) {
-            CoRay ray;
+            CoVec3 org = co_vec3(b->rays.org_x[i], b->rays.org_y[i], b->rays.org_z[i]);
+            CoVec3 dir = co_vec3(b->rays.dir_x[i], b->rays.dir_y[i], b->rays.dir_z[i]);
             CoVec3 radiance;
-            co_ray_decode(words, render->ray_options, &ray);
             b->rays.tfar[i] =
-                co_light_ray_end(scene->lights, ray.org, ray.dir, ray.emitter, &radiance);
+                co_light_ray_end(scene->lights, org, dir, co_ray_emitter(words), &radiance);
         }
     }
 }
@@ -53,7 +53,7 @@ static void traverse(void *context, size_t begin, size_t end, uint32_t worker)
     if (last > b->rays.count)
         last = b->rays.count;
     render->kernels->traverse(&render->scene->accel, &b->rays, b->occlusion, &b->hits, first, last,
-                              render->sorts_rays, &render->workers[worker].traverse);
+                              render->groups_rays, &render->workers[worker].traverse);
     render->workers[worker].traced += last - first;
 }
 

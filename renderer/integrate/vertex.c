@@ -4,16 +4,6 @@
 
 #include <string.h>
 
-const CoPlacement *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
-                                    uint32_t instance)
-{
-    if (memo->instance != instance) {
-        co_accel_placement(&scene->accel, instance, &memo->placement);
-        memo->instance = instance;
-    }
-    return &memo->placement;
-}
-
 static CoVec3 abs3(CoVec3 a)
 {
     return co_vec3(fabsf(a.x), fabsf(a.y), fabsf(a.z));
@@ -27,29 +17,44 @@ static CoAffine abs_affine(const CoAffine *a)
     return r;
 }
 
-// Error bound in the render frame: of the point itself and the triangle test, of its way out through the instance's
-// transforms, and of a ray origin's way back in, gamma(n) = n eps / (1 - n eps) per level
-// (Pharr, Jakob, Humphreys, "Physically Based Rendering", 6.8).
-static CoVec3 error_bound(const CoPlacement *placement, const CoSurface *surface, CoVec3 p)
+const CoPlacementMemo *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
+                                        uint32_t instance)
 {
-    const float gamma = 4.0f * (float)placement->chain_length * 0x1p-23f;
-    CoAffine out = abs_affine(&placement->to_world), in = abs_affine(&placement->to_object);
-    CoVec3 way_in = co_scale(co_affine_point(&in, abs3(p)), gamma);
-    CoVec3 reach = co_add(surface->p_error, co_vec3_splat(surface->reach));
-    CoVec3 local = co_add(reach, way_in);
-    CoVec3 way_out = co_scale(co_affine_point(&out, abs3(surface->p)), gamma);
-    return co_add(co_affine_vector(&out, local), way_out);
+    if (memo->instance != instance) {
+        co_accel_placement(&scene->accel, instance, &memo->placement);
+        memo->abs_to_world = abs_affine(&memo->placement.to_world);
+        memo->abs_to_object = abs_affine(&memo->placement.to_object);
+        memo->instance = instance;
+    }
+    return memo;
 }
 
-void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, const CoHitRecord *hit,
+// Error bound in the render frame, per axis: of the point itself and the triangle test, of its way
+// out through the instance's transforms, and of a ray origin's way back in, gamma(n) = n eps /
+// (1 - n eps) per level (Pharr, Jakob, Humphreys, "Physically Based Rendering", 6.8).
+static CoVec3 error_bound(const CoVertex *vertex)
+{
+    const CoPlacementMemo *memo = vertex->memo;
+    const CoSurface *surface = &vertex->hit.surface;
+    const float gamma = 4.0f * (float)memo->placement.chain_length * 0x1p-23f;
+    CoVec3 way_in = co_scale(co_affine_point(&memo->abs_to_object, abs3(vertex->p)), gamma);
+    CoVec3 reach = co_add(surface->p_error, co_vec3_splat(surface->reach));
+    CoVec3 local = co_add(reach, way_in);
+    CoVec3 way_out = co_scale(co_affine_point(&memo->abs_to_world, abs3(surface->p)), gamma);
+    return co_add(co_affine_vector(&memo->abs_to_world, local), way_out);
+}
+
+void co_vertex_make(const CohortScene *scene, const CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out)
 {
+    const CoPlacement *placement = &memo->placement;
     const CoMesh *mesh = scene->accel.objects[placement->object].mesh;
     out->hit.mesh = mesh;
     out->hit.tri = hit->tri;
     out->hit.u = hit->u;
     out->hit.v = hit->v;
     out->placement = placement;
+    out->memo = memo;
     CoSurface *s = &out->hit.surface;
     co_mesh_surface(mesh, hit->tri, hit->u, hit->v, s);
     out->material = s->material < scene->material_count && scene->materials[s->material].is_set
@@ -57,7 +62,6 @@ void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, cons
                         : NULL;
     out->p = co_affine_point(&placement->to_world, s->p);
     out->start = co_affine_point(&placement->to_world, s->start);
-    out->p_error = error_bound(placement, s, out->p);
     out->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ng));
     out->ns = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ns));
     out->wo = co_neg(ray->dir);
@@ -66,7 +70,7 @@ void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, cons
 
 CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng)
 {
-    float reach = co_dot(abs3(ng), vertex->p_error);
+    float reach = co_dot(abs3(ng), error_bound(vertex));
     CoVec3 o = co_madd(vertex->start, ng, reach);
     // Adding may have rounded back towards the surface: one more step outward per axis.
     float *x = &o.x;

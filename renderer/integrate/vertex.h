@@ -9,25 +9,26 @@
 // Placement of the instance path a worker met last: sorted hits mostly share it.
 typedef struct CoPlacementMemo {
     CoPlacement placement;
-    uint32_t instance; // COHORT_INVALID_ID: nothing yet
+    CoAffine abs_to_world, abs_to_object; // for error bounds
+    uint32_t instance;                    // COHORT_INVALID_ID: nothing yet
 } CoPlacementMemo;
 
-const CoPlacement *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
-                                    uint32_t instance);
+const CoPlacementMemo *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
+                                        uint32_t instance);
 
 typedef struct CoVertex {
     CoShadeHit hit;              // object space
     const CoMaterial *material;  // NULL: Lambertian with displayColor
-    const CoPlacement *placement;
+    const CoPlacement *placement; // the memo's
     CoVec3 p, start; // render frame; start: CoSurface.start
     CoVec3 ng, ns; // unit, render frame, as the mesh is oriented
     CoVec3 wo;  // towards where the ray came from
     float width; // footprint's diameter here, scene units
-    CoVec3 p_error; // bound per axis, transforms included
+    const CoPlacementMemo *memo;
 } CoVertex;
 
 // Fills everything but hit.texels, which the caller sets before.
-void co_vertex_make(const CohortScene *scene, const CoPlacement *placement, const CoHitRecord *hit,
+void co_vertex_make(const CohortScene *scene, const CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out);
 
 // Where rays that leave on the side of ng start: far enough out that they cannot meet the surface

@@ -45,6 +45,8 @@ typedef struct CoLightSample {
     uint32_t emitter;
     CoVec3 wi;     // unit, towards the light
     bool is_delta; // distant light of angle 0: pdf is a probability, not a density
+    float share;   // probability with which the emitter was chosen
+    float density; // of wi among this emitter's, where it is the same for all; else 0
 } CoLightSample;
 
 // Chooses a light and a direction from `org` (on a surface with normal n; n = 0 in none). False
@@ -57,6 +59,11 @@ bool co_light_sample(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, flo
 // sampling. wi must meet the emitter, or have been aimed at it: that is not tested again, since a
 // small light's own samples may miss it by rounding.
 float co_light_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, uint32_t emitter, CoVec3 wi);
+
+// co_light_pdf for a sample that has just been made at the same org and n, bit for bit, without
+// choosing again. wi: the sample's, or what became of it in a record.
+float co_light_sample_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, const CoLightSample *sample,
+                          CoVec3 wi);
 
 // Where a ray aimed at `emitter` ends: the distance to it (INFINITY for dome and distant), by
 // intersection, or by closest approach where rounding misses it. *radiance = what it sends back

@@ -30,6 +30,8 @@ typedef struct CoLight {
     CoVec3 axis;   // unit, the way the light shines (-Z)
     CoVec3 normal; // rect, disk: unit, of the side that emits
     CoVec3 ex, ey; // rect: half edges; disk, ellipsoid: what the map makes of the unit axes
+    CoVec3 dir_x, dir_y;   // rect: ex and ey made unit
+    double half_x, half_y; // rect: lengths of ex and ey
     CoVec3 ez;     // ellipsoid: the third
     CoVec3 ux, uy; // dual to ex and ey: a = ux . (p - center) is 1 at the edge
     float area, inv_area;
@@ -75,7 +77,9 @@ float co_light_plane_height(const CoLight *light, CoVec3 org);
 // Solid-angle density of a direction under uniform sampling of the flat light's area.
 float co_light_plane_pdf(const CoLight *light, CoVec3 org, CoVec3 wi);
 
-bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi);
+// *density is set, as co_rect_light_pdf has it, where it does not depend on wi.
+bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi,
+                          float *density);
 float co_rect_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi);
 
 bool co_disk_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi);

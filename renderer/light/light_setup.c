@@ -228,6 +228,10 @@ static void setup_flat(CoLight *light, const CohortLightDesc *desc)
     light->normal = rounded(normal);
     light->ex = rounded(ex);
     light->ey = rounded(ey);
+    light->dir_x = co_normalize(light->ex);
+    light->dir_y = co_normalize(light->ey);
+    light->half_x = (double)co_length(light->ex);
+    light->half_y = (double)co_length(light->ey);
     light->ux = rounded(scaled(ux, 1.0 / dot(ux, ex)));
     light->uy = rounded(scaled(uy, 1.0 / dot(uy, ey)));
     light->is_right_angled = are_orthogonal(ex, ey);

@@ -85,16 +85,19 @@ static float total_importance(const CoLights *lights, CoVec3 org, CoVec3 n, floa
     return total;
 }
 
-static uint32_t choose(const CoLights *lights, CoVec3 org, CoVec3 n, float uc)
+// *share: the probability of the choice.
+static uint32_t choose(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, float *share)
 {
     float cache[CACHED];
-    float target = uc * total_importance(lights, org, n, cache), running = 0.0f;
+    float total = total_importance(lights, org, n, cache);
+    float target = uc * total, running = 0.0f;
     uint32_t chosen = COHORT_INVALID_ID;
     for (uint32_t i = 0; i < lights->count; i++) {
         float importance = i < CACHED ? cache[i] : co_light_importance(&lights->lights[i], org, n);
         if (!(importance > 0.0f))
             continue;
         chosen = i; // also the last one standing, where rounding passes the end
+        *share = importance / total;
         running += importance;
         if (target < running)
             break;
@@ -105,15 +108,16 @@ static uint32_t choose(const CoLights *lights, CoVec3 org, CoVec3 n, float uc)
 bool co_light_sample(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, float u0, float u1,
                      CoLightSample *out)
 {
-    uint32_t emitter = choose(lights, org, n, uc);
+    float share = 0.0f;
+    uint32_t emitter = choose(lights, org, n, uc, &share);
     if (emitter == COHORT_INVALID_ID)
         return false;
     const CoLight *light = &lights->lights[emitter];
-    CoLightSample sample = {.emitter = emitter, .is_delta = light->is_delta};
+    CoLightSample sample = {.emitter = emitter, .is_delta = light->is_delta, .share = share};
     bool ok = true;
     switch (light->type) {
     case COHORT_LIGHT_RECT:
-        ok = co_rect_light_sample(light, org, u0, u1, &sample.wi);
+        ok = co_rect_light_sample(light, org, u0, u1, &sample.wi, &sample.density);
         break;
     case COHORT_LIGHT_DISK:
         ok = co_disk_light_sample(light, org, u0, u1, &sample.wi);
@@ -161,6 +165,14 @@ float co_light_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, uint32_t emitte
     if (!(own > 0.0f))
         return 0.0f;
     return own / total * direction_pdf(light, org, n, wi);
+}
+
+float co_light_sample_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, const CoLightSample *sample,
+                          CoVec3 wi)
+{
+    if (sample->density > 0.0f)
+        return sample->share * sample->density;
+    return sample->share * direction_pdf(&lights->lights[sample->emitter], org, n, wi);
 }
 
 // Distance and radiance of a finite light; false where the ray misses it or meets its dark side.

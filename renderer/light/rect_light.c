@@ -22,9 +22,9 @@ static double acos_d(double c)
 static void spherical_rect(const CoLight *light, CoVec3 org, SphericalRect *r)
 {
     CoVec3 d = co_sub(light->center, org);
-    double half_x = (double)co_length(light->ex), half_y = (double)co_length(light->ey);
-    r->x = co_normalize(light->ex);
-    r->y = co_normalize(light->ey);
+    double half_x = light->half_x, half_y = light->half_y;
+    r->x = light->dir_x;
+    r->y = light->dir_y;
     // The light's own normal points at org, that is, away from the rect.
     r->z = light->normal;
     double cx = (double)co_dot(d, r->x), cy = (double)co_dot(d, r->y);
@@ -75,7 +75,13 @@ static CoVec3 sample_spherical(const SphericalRect *r, double u0, double u1)
     return co_madd(p, r->z, (float)r->z0);
 }
 
-bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi)
+static float spherical_density(const SphericalRect *r)
+{
+    return r->solid_angle > 0.0 ? (float)(1.0 / r->solid_angle) : 0.0f;
+}
+
+bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi,
+                          float *density)
 {
     if (!(co_light_plane_height(light, org) > 0.0f))
         return false;
@@ -84,6 +90,7 @@ bool co_rect_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, 
     if (looks_large(light, org)) {
         spherical_rect(light, org, &r);
         to = sample_spherical(&r, (double)u0, (double)u1);
+        *density = spherical_density(&r);
     } else {
         to = co_sub(light->center, org);
         to = co_madd(to, light->ex, 2.0f * u0 - 1.0f);
@@ -99,5 +106,5 @@ float co_rect_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi)
         return co_light_plane_pdf(light, org, wi);
     SphericalRect r;
     spherical_rect(light, org, &r);
-    return r.solid_angle > 0.0 ? (float)(1.0 / r.solid_angle) : 0.0f;
+    return spherical_density(&r);
 }

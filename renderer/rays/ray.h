@@ -41,6 +41,7 @@ typedef struct CoRay {
     float width, spread;  // footprint: width at the origin (scene units), growth per unit length
     uint32_t flags;
     uint32_t extra; // index into the scene's interned table (optional word)
+    uint32_t code[2]; // of dir, from co_ray_snap_direction or a decode; 0 = to be found from dir
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
@@ -81,13 +82,27 @@ static inline uint32_t co_ray_kind(const uint32_t *words)
     return words[4] >> 30;
 }
 
+// Only the emitter of a light ray's record.
+static inline uint32_t co_ray_emitter(const uint32_t *words)
+{
+    return words[6] & 0xffffffu;
+}
+
 // Only the direction of a record.
 CoVec3 co_ray_decode_direction(const uint32_t *words);
+
+// All but the normal, which only multiple importance sampling asks for; *out has a zero there.
+void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 
 // What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
 // these, so that both sides of multiple importance sampling see the same numbers.
 CoVec3 co_ray_quantize_direction(CoVec3 dir);
 float co_ray_quantize_pdf(float pdf);
+
+// A decoded direction next to `dir`, and its code for CoRay.code, which saves the encoder the
+// search for it. Not always the one that co_ray_quantize_direction gives: several directions of the
+// grid round to the same three floats, and this takes the one nearest to dir.
+CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2]);
 CoVec3 co_ray_quantize_normal(CoVec3 n);
 
 // Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component.

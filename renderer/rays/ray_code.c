@@ -142,11 +142,35 @@ CoVec3 co_ray_quantize_direction(CoVec3 dir)
     return oct_decode(code, DIRECTION_MAX);
 }
 
-CoVec3 co_ray_decode_direction(const uint32_t *words)
+// Codes outside the encoder are never 0: the grid begins at 1.
+CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2])
+{
+    Oct nearest;
+    bool has_direction = oct_nearest(dir, DIRECTION_MAX, &nearest);
+    code[0] = has_direction ? (uint32_t)(nearest.x + DIRECTION_MAX + 1) : 0;
+    code[1] = has_direction ? (uint32_t)(nearest.y + DIRECTION_MAX + 1) : 0;
+    return oct_decode(nearest, DIRECTION_MAX);
+}
+
+static bool find_code(const CoRay *ray, Oct *out)
+{
+    if (!ray->code[0] || !ray->code[1])
+        return direction_encode(ray->dir, out);
+    out->x = (int32_t)ray->code[0] - DIRECTION_MAX - 1;
+    out->y = (int32_t)ray->code[1] - DIRECTION_MAX - 1;
+    return true;
+}
+
+static Oct direction_code(const uint32_t *words)
 {
     Oct code = {(int32_t)(words[3] & 0x3ffffffu) - DIRECTION_MAX,
                 (int32_t)(words[4] & 0x3ffffffu) - DIRECTION_MAX};
-    return oct_decode(code, DIRECTION_MAX);
+    return code;
+}
+
+CoVec3 co_ray_decode_direction(const uint32_t *words)
+{
+    return oct_decode(direction_code(words), DIRECTION_MAX);
 }
 
 static uint32_t normal_encode(CoVec3 n)
@@ -312,7 +336,7 @@ uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_
 {
     Oct code;
     Weight weight = {{1, 1, 1}, EXPONENT_BIAS};
-    bool has_direction = direction_encode(ray->dir, &code);
+    bool has_direction = find_code(ray, &code);
     if (!is_valid(ray, has_direction)) {
         encode_words(ray, options, code, &weight, words);
         words[0] = words[1] = words[2] = float_bits(NAN);
@@ -327,21 +351,22 @@ uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_
     return 1;
 }
 
-void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
+void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 {
     memset(out, 0, sizeof *out);
     out->org = co_vec3(bits_float(words[0]), bits_float(words[1]), bits_float(words[2]));
     out->dir = co_ray_decode_direction(words);
+    out->code[0] = (words[3] & 0x3ffffffu) + 1;
+    out->code[1] = (words[4] & 0x3ffffffu) + 1;
     out->kind = words[4] >> 30;
     out->depth = (words[3] >> 26) | (words[4] >> 26 & 15u) << 6;
     out->flags = words[8] >> 24;
     if (out->kind == CO_RAY_LIGHT) {
         out->weight = weight_decode(words[5], words[6] >> 24);
-        out->emitter = words[6] & EMITTER_MAX;
+        out->emitter = co_ray_emitter(words);
     } else {
         out->weight = weight_decode(words[5], out->flags >> 7);
         out->pdf = pdf_decode(words[6] & 0xffffu);
-        out->normal = normal_decode(words[6] >> 16);
         out->flags &= EXPONENT_FLAG - 1;
     }
     out->path = words[7];
@@ -353,4 +378,11 @@ void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
         out->tnear = bits_float(words[next++]);
     if (options & CO_RAY_OPTION_EXTRA)
         out->extra = words[next];
+}
+
+void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
+{
+    co_ray_decode_shading(words, options, out);
+    if (out->kind != CO_RAY_LIGHT)
+        out->normal = normal_decode(words[6] >> 16);
 }

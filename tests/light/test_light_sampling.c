@@ -345,6 +345,7 @@ static void points_on_the_light_get_numbers(void **state)
             assert_true(fabsf(co_length(s.wi) - 1.0f) < 1e-5f);
             float pdf = co_light_pdf(lights, org, n, 0, s.wi);
             assert_true(pdf >= 0.0f && isfinite(pdf));
+            assert_true(co_light_sample_pdf(lights, org, n, &s, s.wi) == pdf);
             assert_true(co_light_ray_end(lights, org, s.wi, 0, &radiance) >= 0.0f);
             assert_true(co_is_finite3(radiance));
             TestHits hits = test_collect(lights, org, s.wi);
@@ -381,6 +382,7 @@ static void lights_are_chosen_by_what_they_give(void **state)
             co_light_sample(lights, org, n, next_random(), next_random(), next_random(), &s));
         co_light_ray_end(lights, org, s.wi, s.emitter, &radiance);
         float pdf = co_light_pdf(lights, org, n, s.emitter, s.wi);
+        assert_true(co_light_sample_pdf(lights, org, n, &s, s.wi) == pdf);
         double term = (double)(radiance.x * s.wi.z / pdf);
         assert_true(term < 4.0 * one_by_one); // the estimates follow the contributions
         sum += term;

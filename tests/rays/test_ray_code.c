@@ -72,6 +72,29 @@ static void check_direction(CoVec3 d)
     assert_memory_equal(&q, &out.dir, sizeof q);
     CoVec3 again = co_ray_quantize_direction(q);
     assert_memory_equal(&again, &q, sizeof q);
+    // A snapped direction is as close, and what its code stores is the same three floats.
+    ray.dir = co_ray_snap_direction(d, ray.code);
+    assert_true(angle(d, ray.dir) <= 1.1e-7);
+    assert_int_equal(encode(&ray, words), 1);
+    co_ray_decode(words, 0, &out);
+    assert_memory_equal(&out.dir, &ray.dir, sizeof out.dir);
+    assert_memory_equal(out.code, ray.code, sizeof out.code);
+}
+
+static void snapping_nothing_leaves_the_ray_invalid(void **state)
+{
+    (void)state;
+    const CoVec3 bad[] = {{0, 0, 0}, {NAN, 0, 1}, {INFINITY, 0, 0}};
+    for (size_t i = 0; i < 3; i++) {
+        CoRay ray = simple_ray(), out;
+        uint32_t words[CO_RAY_WORDS_MAX];
+        co_ray_snap_direction(bad[i], ray.code);
+        assert_int_equal(ray.code[0] | ray.code[1], 0);
+        ray.dir = bad[i];
+        assert_int_equal(encode(&ray, words), 1);
+        co_ray_decode(words, 0, &out);
+        assert_true(isnan(out.org.x));
+    }
 }
 
 static void directions_are_close_and_quantizing_is_a_projection(void **state)
@@ -330,6 +353,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(directions_are_close_and_quantizing_is_a_projection),
+        cmocka_unit_test(snapping_nothing_leaves_the_ray_invalid),
         cmocka_unit_test(axes_borders_and_folds_are_exact_or_close),
         cmocka_unit_test(normals_and_pdfs_are_projected),
         cmocka_unit_test(weights_are_right_in_the_mean),
