@@ -268,7 +268,7 @@ static void every_field_survives(void **state)
         CoRay out;
         uint32_t words[CO_RAY_WORDS_MAX + 1], overflow = 0, options = i % 4;
         memset(words, 0xa5, sizeof words);
-        ray.dir = co_ray_quantize_direction(ray.dir);
+        ray.dir = co_ray_snap_direction(ray.dir, ray.code);
         ray.weight = co_vec3(1.0f, 0.5f, 0.25f);
         ray.kind = i % 3;
         ray.depth = 1 + i % 1023;
