@@ -1,0 +1,183 @@
+// The sorted, deferred machinery is real: full batches wait on a stack, rays go to disk and come
+// back, groups share node fetches, and no ray is lost.
+
+#include "support/scenes.h"
+
+#include "base/hash.h"
+
+#include <stdio.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+// A closed room with a box in it; every surface shines.
+static CohortScene *room(CohortError *err)
+{
+    CohortScene *scene = test_scene(err);
+    uint32_t matte = test_matte(scene, 0.5f, 0.5f, err);
+    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, matte, err);
+    CohortInstanceDesc places[2] = {test_place(box, 0, 0, 0, 3.0),
+                                    test_place(box, 0.5, -1, 0, 0.6)};
+    TEST_OK(cohort_scene_set_group(scene, 0, places, 2, err), err);
+    test_camera(scene, 0, 0, 2.9, 1.0, err);
+    TEST_OK(cohort_scene_commit(scene, NULL, err), err);
+    return scene;
+}
+
+static void full_batches_wait_on_a_stack(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CohortScene *scene = room(&err);
+    CohortRenderSettings settings = {.width = 64, .height = 64, .spp = 4, .max_depth = 8,
+                                     .first_hit_samples = 8, .batch = 1u << 11};
+    CohortRenderStats stats;
+    free(test_render(scene, &settings, &stats, &err));
+    for (int i = 0; i < 6; i++)
+        assert_true(stats.batches[i] > 0);
+    assert_true(stats.ready_depth_peak >= 3);
+    assert_true(stats.bytes_written >= stats.rays_made * 36);
+    assert_int_equal(stats.rays_made, stats.rays_traced);
+    assert_int_equal(stats.rays_made, stats.rays_camera + stats.rays_bsdf + stats.rays_light);
+    assert_int_equal(stats.rays_made, stats.ends_hit + stats.ends_miss + stats.ends_blocked +
+                                          stats.ends_invalid);
+    cohort_scene_destroy(scene);
+}
+
+// Eisenacher et al. 2013, 3.1: a group fetches a node once for all of its rays.
+static void groups_share_node_fetches(void **state)
+{
+    (void)state;
+    enum { SIDE = 24 };
+    CohortError err = {0};
+    CohortScene *scene = test_scene(&err);
+    uint32_t matte = test_matte(scene, 0.8f, 0.1f, &err);
+    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, matte, &err);
+    static CohortInstanceDesc places[SIDE * SIDE * SIDE];
+    uint32_t n = 0;
+    for (int z = 0; z < SIDE; z++)
+        for (int y = 0; y < SIDE; y++)
+            for (int x = 0; x < SIDE; x++)
+                places[n++] = test_place(box, x - SIDE / 2, y - SIDE / 2, -z, 0.3);
+    TEST_OK(cohort_scene_set_group(scene, 0, places, n, &err), &err);
+    test_camera(scene, 0, 0, 6, 1.0, &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    CohortRenderSettings settings = {.width = 128, .height = 128, .spp = 8, .max_depth = 3,
+                                     .sort = COHORT_SORT_BOTH, .batch = 1u << 18};
+    CohortRenderStats stats;
+    free(test_render(scene, &settings, &stats, &err));
+    if (stats.top_nodes_grouped * 4 > stats.top_nodes_single)
+        fail_msg("%llu node fetches by groups, %llu by single rays",
+                 (unsigned long long)stats.top_nodes_grouped,
+                 (unsigned long long)stats.top_nodes_single);
+    assert_true(stats.top_nodes_grouped > stats.groups);
+    cohort_scene_destroy(scene);
+}
+
+typedef struct Outcome {
+    uint64_t hash, bytes_read;
+    bool is_done;
+} Outcome;
+
+enum { LIMIT_BYTES = 28 << 20 };
+
+// 8192 camera rays, and 140 more from where each of them hits: 41 MB of rays in flight.
+static Outcome render_much(void)
+{
+    CohortError err = {0};
+    CohortScene *scene = room(&err);
+    CohortRenderSettings settings = {.width = 128, .height = 64, .spp = 1, .max_depth = 2,
+                                     .first_hit_samples = 140, .batch = 1u << 13, .threads = 2};
+    CohortRenderStats stats;
+    float *pixels = test_render(scene, &settings, &stats, &err);
+    Outcome outcome = {co_hash_bytes(pixels, 128 * 64 * 4 * sizeof *pixels, 0), stats.bytes_read,
+                       true};
+    free(pixels);
+    cohort_scene_destroy(scene);
+    return outcome;
+}
+
+static bool write_number(const char *folder, const char *file, long long number)
+{
+    char path[600];
+    snprintf(path, sizeof path, "%s/%s", folder, file);
+    FILE *f = fopen(path, "w");
+    if (!f)
+        return false;
+    bool ok = fprintf(f, "%lld\n", number) > 0;
+    return fclose(f) == 0 && ok;
+}
+
+// Renders in a child, which first enters the memory cgroup `folder`, NULL: none. The parent never
+// renders: its threads would not survive a fork.
+static Outcome render_in_child(const char *folder)
+{
+    int ends[2];
+    Outcome outcome = {0};
+    assert_int_equal(pipe(ends), 0);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        if (folder && !write_number(folder, "cgroup.procs", (long long)getpid()))
+            _exit(2);
+        outcome = render_much();
+        _exit(write(ends[1], &outcome, sizeof outcome) == (ssize_t)sizeof outcome ? 0 : 1);
+    }
+    close(ends[1]);
+    ssize_t got = read(ends[0], &outcome, sizeof outcome);
+    close(ends[0]);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (got != (ssize_t)sizeof outcome || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        outcome.is_done = false;
+    return outcome;
+}
+
+// The memory cgroup this process is in (version 1), as a folder. False where there is none.
+static bool own_cgroup(char *folder, size_t size)
+{
+    FILE *f = fopen("/proc/self/cgroup", "r");
+    char line[512];
+    bool found = false;
+    while (f && !found && fgets(line, sizeof line, f)) {
+        char *path = strstr(line, ":memory:");
+        if (!path)
+            continue;
+        path[strcspn(path, "\n")] = 0;
+        snprintf(folder, size, "/sys/fs/cgroup/memory%s", path + 8);
+        found = access(folder, W_OK) == 0;
+    }
+    if (f)
+        fclose(f);
+    return found;
+}
+
+static void rays_that_do_not_fit_go_to_disk_and_back(void **state)
+{
+    (void)state;
+    char parent[512], folder[560];
+    if (!own_cgroup(parent, sizeof parent))
+        skip();
+    snprintf(folder, sizeof folder, "%s/cohort-test-%ld", parent, (long)getpid());
+    if (mkdir(folder, 0755) != 0)
+        skip();
+    bool is_limited = write_number(folder, "memory.limit_in_bytes", LIMIT_BYTES);
+    Outcome free_run = render_in_child(NULL);
+    Outcome tight = is_limited ? render_in_child(folder) : (Outcome){0};
+    for (int i = 0; i < 50 && rmdir(folder) != 0; i++)
+        usleep(20000); // a group empties a moment after its last process has ended
+    assert_true(free_run.is_done);
+    assert_true(is_limited && tight.is_done);
+    assert_true(tight.bytes_read > 0);
+    assert_int_equal(tight.hash, free_run.hash);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rays_that_do_not_fit_go_to_disk_and_back),
+        cmocka_unit_test(full_batches_wait_on_a_stack),
+        cmocka_unit_test(groups_share_node_fetches),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
