@@ -309,7 +309,7 @@ int command_render(int argc, char **argv)
         code = load_exit_code(&err);
     else
         code = render_frames(&run, &err);
-    if (run.index)
+    if (run.adapter)
         print_report(&run);
     if (err.code != COHORT_OK)
         print_error("error", &err);

@@ -21,6 +21,7 @@ float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emi
 typedef struct Collector {
     CohortRender *render;
     const uint32_t *words;
+    bool is_camera_miss, has_covered;
 } Collector;
 
 static void collect(void *context, const CoLightHit *hit)
@@ -35,6 +36,11 @@ static void collect(void *context, const CoLightHit *hit)
     uint32_t pixel, sample;
     co_path_split(c->render, ray.path, &pixel, &sample);
     co_film_add_color(c->render->film, pixel, sample, light);
+    // Light behind all surfaces covers its pixel as a surface does: divided by the coverage of the
+    // surfaces alone, their edges before a sky would be too bright.
+    if (c->is_camera_miss && !c->has_covered)
+        co_film_add_alpha(c->render->film, pixel, sample, 1.0f);
+    c->has_covered = true;
 }
 
 static void end_light_ray(CohortRender *render, const uint32_t *words, CoWorkerCounts *counts)
@@ -53,13 +59,14 @@ static void end_light_ray(CohortRender *render, const uint32_t *words, CoWorkerC
 static void collect_lights(CohortRender *render, size_t i, const uint32_t *words)
 {
     const CoRayBatch *rays = &render->batch.rays;
-    if (render->settings.hide_lights && co_ray_kind(words) == CO_RAY_CAMERA)
+    bool is_camera = co_ray_kind(words) == CO_RAY_CAMERA;
+    float t = render->batch.hits.t[i];
+    if (render->settings.hide_lights && is_camera)
         return;
-    Collector collector = {render, words};
+    Collector collector = {render, words, is_camera && t == INFINITY, false};
     CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
     CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
-    co_light_collect(render->scene->lights, org, dir, rays->tnear[i], render->batch.hits.t[i],
-                     collect, &collector);
+    co_light_collect(render->scene->lights, org, dir, rays->tnear[i], t, collect, &collector);
 }
 
 // Settles ray i of the batch as far as that needs no surface; *hit receives what shading needs.

@@ -73,11 +73,41 @@ static void white_mesh_in_a_unit_dome_is_one(void **state)
     cohort_scene_destroy(scene);
 }
 
+// A visible dome covers every pixel; hidden, only the quad in the middle does.
+static void lights_seen_cover_their_pixels(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CohortScene *scene = test_scene(&err);
+    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL,
+                              COHORT_INVALID_ID, &err);
+    CohortInstanceDesc place = test_place(box, 0, 0, 0, 0.5);
+    TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
+    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
+    uint32_t light = cohort_scene_new_light(scene, &err);
+    TEST_OK(cohort_scene_set_light(scene, light, &dome, &err), &err);
+    test_camera(scene, 0, 0, 5, 0.5, &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    CohortRenderSettings settings = {.width = SIZE, .height = SIZE, .spp = 4, .max_depth = 2,
+                                     .filter = COHORT_FILTER_BOX, .batch = 1u << 16};
+    for (int hide = 0; hide < 2; hide++) {
+        settings.hide_lights = hide != 0;
+        float *pixels = test_render(scene, &settings, NULL, &err);
+        for (int i = 0; i < SIZE * SIZE; i++)
+            assert_true(hide || pixels[4 * i + 3] == 1.0f);
+        assert_true(pixels[3] == (hide ? 0.0f : 1.0f));
+        assert_true(pixels[4 * (SIZE / 2 * SIZE + SIZE / 2) + 3] == 1.0f);
+        free(pixels);
+    }
+    cohort_scene_destroy(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_room_is_one),
         cmocka_unit_test(white_mesh_in_a_unit_dome_is_one),
+        cmocka_unit_test(lights_seen_cover_their_pixels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

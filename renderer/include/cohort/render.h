@@ -38,7 +38,7 @@ typedef enum CohortFilter {
 
 // AOVs as bits. Color is always there.
 typedef enum CohortAov {
-    COHORT_AOV_COLOR = 1 << 0,        // 4 floats, premultiplied RGBA, filtered
+    COHORT_AOV_COLOR = 1 << 0,        // 4 floats, premultiplied RGBA, filtered; seen lights cover
     COHORT_AOV_DEPTH = 1 << 1,        // 1 float, clip space [0, 1], first sample that hit, 1 = none
     COHORT_AOV_CAMERA_DEPTH = 1 << 2, // 1 float, distance along -Z, first sample that hit, inf = none
     COHORT_AOV_NORMAL = 1 << 3,       // 3 floats, world, filtered
