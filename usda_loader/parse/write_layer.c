@@ -5,7 +5,10 @@
 #include "parse/writer.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static const CoValue *value_of(const CoSpec *spec, const char *name)
 {
@@ -226,9 +229,38 @@ static bool fail(const char *path, int cause, CohortError *err)
     return false;
 }
 
+// A file is written beside its place and moved there when it is whole, so that nobody ever sees
+// half of it, and an old one survives a full disk.
+static FILE *open_beside(const char *path, char *beside, size_t size)
+{
+    int length = snprintf(beside, size, "%s.%ld.tmp", path, (long)getpid());
+    if (length < 0 || (size_t)length >= size) {
+        errno = ENAMETOOLONG;
+        return NULL;
+    }
+    int fd = open(beside, O_WRONLY | O_CREAT | O_EXCL, 0666);
+    FILE *file = fd < 0 ? NULL : fdopen(fd, "wb");
+    if (fd >= 0 && !file) {
+        close(fd);
+        unlink(beside);
+    }
+    return file;
+}
+
+// Devices and pipes are written to as they are.
+static bool is_replaceable(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) != 0 || S_ISREG(st.st_mode);
+}
+
 bool co_layer_write(const CoLayer *layer, const char *path, CohortError *err)
 {
-    CoWriter writer = {.file = path ? fopen(path, "wb") : stdout};
+    char beside[4096];
+    bool replaces = path && is_replaceable(path);
+    CoWriter writer = {.file = !path      ? stdout
+                               : replaces ? open_beside(path, beside, sizeof beside)
+                                          : fopen(path, "wb")};
     if (!writer.file)
         return fail(path, errno, err);
     write_layer(&writer, layer->root);
@@ -238,6 +270,12 @@ bool co_layer_write(const CoLayer *layer, const char *path, CohortError *err)
         cause = errno;
         good = false;
     }
+    if (good && replaces && rename(beside, path) != 0) {
+        cause = errno;
+        good = false;
+    }
+    if (replaces && !good)
+        unlink(beside);
     return good || fail(path, cause, err);
 }
 

@@ -3,7 +3,7 @@
 
 #include "compose/fields.h"
 #include "compose/list_op.h"
-#include "stage/stage_data.h"
+#include "stage/clips.h"
 
 #include "base/hash.h"
 
@@ -105,19 +105,6 @@ static bool compose_bool(const CohortPrim *prim, const char *name, bool fallback
             return value;
     }
     return fallback;
-}
-
-// Value clips are refused by name: their attributes have no samples then.
-static void warn_of_clips(CohortStage *stage, const CohortPrim *prim)
-{
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
-        const CoField *field = co_spec_field(prim->opinions[i].spec, stage->composer.names.clips);
-        if (!field)
-            continue;
-        co_composer_warn(&stage->composer, prim->opinions[i].source->file, field->line, prim->path,
-                         "value clips are not supported and are left out");
-        return;
-    }
 }
 
 static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
@@ -327,7 +314,7 @@ static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, u
     compose_identity(stage, prim, graph, &ordered);
     if (!(prim->flags & CO_PRIM_ACTIVE))
         return;
-    warn_of_clips(stage, prim);
+    prim->clips = co_clips_compose(stage, prim);
     if (compose_bool(prim, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
         prim->flags |= CO_PRIM_INSTANCE;
         CohortPrim *prototype = find_prototype(stage, prim, graph, &ordered);

@@ -9,6 +9,9 @@
 
 #include <pthread.h>
 
+// See clips.h.
+typedef struct CoClips CoClips;
+
 // One spec with a say in a prim.
 typedef struct CoOpinion {
     const CoSpec *spec;
@@ -31,6 +34,7 @@ struct CohortPrim {
     CohortPrim *children;      // all of them, in order; an instance's are its prototype's
     const uint32_t *shown;     // which children iteration shows; NULL: all
     const CohortPrim *prototype;
+    const CoClips *clips; // of this prim or an ancestor; NULL: none
     uint32_t opinion_count, child_count, shown_count;
     uint8_t specifier, flags;
 };
@@ -47,7 +51,8 @@ typedef enum CoQueryKind {
     CO_QUERY_ASSETS,
     CO_QUERY_TARGETS,
     CO_QUERY_VARIANT_SETS,
-    CO_QUERY_VARIANTS
+    CO_QUERY_VARIANTS,
+    CO_QUERY_CLIPS
 } CoQueryKind;
 
 typedef struct CoQueryKey {
@@ -151,7 +156,7 @@ bool co_spline_value(const CohortStage *stage, const CoSpec *spec, const CoValue
 typedef struct CoValueSource {
     const CoField *field; // default, timeSamples or spline; NULL: nothing, or blocked
     const CoSource *source;
-    const CoSpec *spec;
+    const CoSpec *spec; // NULL when the value comes from clips
 } CoValueSource;
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
 

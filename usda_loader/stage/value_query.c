@@ -1,6 +1,6 @@
 // Which opinion gives an attribute its value, and the value at a time.
 
-#include "stage/stage_data.h"
+#include "stage/clips.h"
 
 #include "compose/fields.h"
 
@@ -11,7 +11,19 @@
 static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
 {
     const CoFieldNames *names = &walk->prim->stage->composer.names;
-    while (co_property_next(walk) && walk->kind == CO_SPEC_ATTRIBUTE) {
+    for (bool more = true; more;) {
+        uint32_t first = walk->next, opinions = walk->prim->opinion_count;
+        more = co_property_next(walk) && walk->kind == CO_SPEC_ATTRIBUTE;
+        if (walk->name && walk->prim->clips && !at_default) {
+            uint32_t last = more ? walk->next - 1 : opinions;
+            CoValueSource clips = co_clips_value_source(walk->prim, walk->name, first, last);
+            // Past the end, so that no set is asked twice.
+            walk->next = more ? walk->next : opinions + 1;
+            if (clips.field)
+                return clips;
+        }
+        if (!more)
+            break;
         const CoField *field = NULL;
         if (!at_default)
             field = co_spec_field(walk->spec, names->timeSamples);
@@ -109,7 +121,7 @@ static bool plain_value(CoPropertyWalk *walk, const CoValueSource *from, const C
         return co_value_in_stage(stage, value, from->source, out);
     CohortType type;
     bool is_array;
-    const char *name = from->spec->type_name;
+    const char *name = from->spec ? from->spec->type_name : "";
     if (!co_type_from_name(name, strlen(name), &type, &is_array) || !is_array)
         return false;
     CohortValue base = {0};

@@ -11,6 +11,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -231,6 +233,26 @@ static void strings_survive(void **state)
     remove(path);
 }
 
+static void a_file_is_replaced_whole(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    char path[] = "/tmp/cohort-test-XXXXXX", beside[64];
+    int fd = mkstemp(path);
+    assert_true(fd >= 0 && write(fd, "old", 3) == 3);
+    assert_true(cohort_layer_cat(COHORT_TEST_DATA_DIR "/usda/everything.usda", path, NULL, &err));
+    struct stat old, new;
+    assert_int_equal(fstat(fd, &old), 0);
+    assert_int_equal(stat(path, &new), 0);
+    assert_int_equal(old.st_size, 3); // who has it open keeps what was there
+    assert_int_equal(old.st_nlink, 0);
+    assert_true(new.st_size > 100);
+    snprintf(beside, sizeof beside, "%s.%ld.tmp", path, (long)getpid());
+    assert_int_not_equal(access(beside, F_OK), 0);
+    close(fd);
+    remove(path);
+}
+
 static void a_place_that_cannot_be_written_is_named(void **state)
 {
     (void)state;
@@ -254,6 +276,7 @@ int main(void)
         cmocka_unit_test(numbers_read_back_and_no_shorter_ones_do),
         cmocka_unit_test(a_layer_survives_and_is_written_the_same_twice),
         cmocka_unit_test(strings_survive),
+        cmocka_unit_test(a_file_is_replaced_whole),
         cmocka_unit_test(a_place_that_cannot_be_written_is_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
