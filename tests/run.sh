@@ -5,6 +5,6 @@ set -eu
 cd "$(dirname "$0")/.."
 
 sh examples/setup.sh
-cmake -S . -B build -DCMAKE_BUILD_TYPE=Release
+cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DCOHORT_TESTS=ON
 cmake --build build --parallel "$(nproc)"
 exec ctest --test-dir build --output-on-failure "$@"

@@ -51,6 +51,13 @@ grep '^renderer/' "$breaches.sources" |
     xargs grep -nE '(^|[^a-zA-Z0-9_])(sin|cos|tan|asin|acos|atan|atan2|exp|exp2|log|log2|log10|pow|cbrt|hypot)f? *\(' |
     grep -vE ':[0-9]+: *(//|\*)|// .*\(' | sed 's/$/: libm in what the image depends on/' >> "$breaches"
 
+# A link in a document leads somewhere.
+find . -name '*.md' -not -path './build*' | while read -r document; do
+    grep -oE '\]\([^)#:]+' "$document" | sed 's/^](//' | while read -r link; do
+        [ -e "$(dirname "$document")/$link" ] || echo "$document: links to $link, which is not there"
+    done
+done >> "$breaches"
+
 if [ -n "$build" ] && [ -d "$build" ]; then
     find "$build/renderer" "$build/usda_loader" "$build/delegate" -name '*.a' 2> /dev/null |
         xargs nm -A --defined-only 2> /dev/null |

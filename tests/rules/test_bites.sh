@@ -57,6 +57,8 @@ echo '#include <immintrin.h>' > renderer/film/bad.c
 expect 'intrinsics outside renderer/simd'
 echo 'float co_f(float x) { return sinf(x); }' > renderer/film/bad.c
 expect 'libm in what the image depends on'
+echo 'See [there](nowhere.md).' > renderer/film/bad.md
+expect 'links to nowhere.md'
 
 # Symbols, through the compiler at hand.
 if command -v cc > /dev/null && command -v ar > /dev/null; then
