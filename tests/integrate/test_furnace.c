@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-enum { SIZE = 64, BLOCK = 16 };
+enum { SIZE = 32, BLOCK = 16 };
 
 static void check_blocks(const float *pixels, double expected, double tolerance)
 {
