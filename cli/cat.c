@@ -1,20 +1,12 @@
 // cohort cat: layers and composed stages as text.
 
 #include "cli.h"
+#include "messages.h"
 #include "options.h"
 
 #include "cohort/usda.h"
 
 #include <stdio.h>
-
-static void report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
-                   uint32_t column, const char *prim_path, const char *text)
-{
-    static const char *const names[] = {"error", "warning", "info", "debug", "trace"};
-    (void)cookie;
-    fprintf(stderr, "%s:%u:%u: %s: %s%s%s\n", file ? file : "", line, column, names[severity], text,
-            prim_path && prim_path[0] ? " at " : "", prim_path ? prim_path : "");
-}
 
 static bool flatten(const char *in, const char *out, const CohortStageOptions *options,
                     CohortError *err)
@@ -46,11 +38,12 @@ int command_cat(int argc, char **argv)
     if (argc - first != 1)
         return usage_error("cat", "expected one layer, got %d", argc - first);
     CohortError err = {0};
-    CohortStageOptions options = {.report = report};
+    Messages messages = {0};
+    CohortStageOptions options = {.report = messages_report, .cookie = &messages};
     bool ok = is_flat ? flatten(argv[first], out, &options, &err)
                       : cohort_layer_cat(argv[first], out, &options, &err);
+    messages_end(&messages, &err);
     if (ok)
         return EXIT_WRITTEN;
-    print_error("error", &err);
     return err.code == COHORT_ERROR_FILE_WRITE ? EXIT_WRITE : EXIT_LOAD;
 }

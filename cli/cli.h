@@ -25,7 +25,7 @@ int command_cat(int argc, char **argv);
 int command_diff(int argc, char **argv);
 
 // Prints one line: "cohort: file:line:column: error: message".
-void print_error(const char *severity, const CohortError *err);
+void print_failure(const char *severity, const CohortError *err);
 
 // Prints a usage error with a pointer to --help and returns EXIT_USAGE.
 int usage_error(const char *command, const char *format, ...) __attribute__((format(printf, 2, 3)));

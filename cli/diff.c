@@ -102,7 +102,7 @@ int command_diff(int argc, char **argv)
     if (cohort_exr_read(argv[first], &a, &err) && cohort_exr_read(argv[first + 1], &b, &err))
         code = report(&a, &b, tolerance);
     else
-        print_error("error", &err);
+        print_failure("error", &err);
     cohort_image_clear(&a);
     cohort_image_clear(&b);
     return code;

@@ -9,14 +9,19 @@ typedef struct Range {
     double first, last, stride;
 } Range;
 
+// Decimal digits only: strtod itself would take the "0x2" of "-4:0x2" for a hexadecimal two.
 static bool parse_part(const char **p, double *out)
 {
-    char *end = NULL;
-    *out = strtod(*p, &end);
-    if (end == *p || !isfinite(*out))
+    char text[64];
+    size_t length = strspn(*p, "+-.0123456789");
+    if (length == 0 || length >= sizeof text)
         return false;
-    *p = end;
-    return true;
+    memcpy(text, *p, length);
+    text[length] = 0;
+    char *end = NULL;
+    *out = strtod(text, &end);
+    *p += length;
+    return !*end && isfinite(*out);
 }
 
 static bool parse_range(const char **p, Range *r)
@@ -144,8 +149,9 @@ bool frames_path(const char *pattern, const FrameList *list, size_t frame, char 
                                : "several frames need a placeholder such as #### in the name");
         return false;
     }
+    snprintf(why, why_size, "%.200s...: the name is too long", pattern);
     if (groups == 0)
-        return snprintf(out, size, "%s", pattern) < (int)size;
+        return (size_t)snprintf(out, size, "%s", pattern) < size;
     int precision = p.precision < 0 ? 0 : p.precision;
     if (precision < list->precision) {
         snprintf(why, why_size, "%s: the frames need %d digits after the point, as in ###.%.*s",

@@ -14,13 +14,15 @@ static const Command commands[] = {
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
-void print_error(const char *severity, const CohortError *err)
+void print_failure(const char *severity, const CohortError *err)
 {
     fprintf(stderr, "cohort: ");
     if (err->file[0])
         fprintf(stderr, "%s:", err->file);
     if (err->line)
-        fprintf(stderr, "%u:%u:", err->line, err->column);
+        fprintf(stderr, "%u:", err->line);
+    if (err->line && err->column)
+        fprintf(stderr, "%u:", err->column);
     if (err->file[0] || err->line)
         fprintf(stderr, " ");
     if (err->prim_path[0])

@@ -2,8 +2,10 @@
 
 #include "cli.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <getopt.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,13 +40,14 @@ static bool store_number(const Option *o, const char *text)
         return false;
     if (o->type == OPTION_BYTES) {
         static const char units[] = "KMGT";
-        const char *unit = *end ? strchr(units, *end & ~0x20) : NULL;
+        const char *unit = isalpha((unsigned char)*end) ? strchr(units, toupper((unsigned char)*end))
+                                                        : NULL;
         for (long i = unit ? unit - units + 1 : 0; i > 0; i--)
             value *= 1024.0;
         end += unit != NULL;
         end += *end == 'B' || *end == 'b';
     }
-    if (*end || !(value == value) || ((o->least != 0.0 || o->most != 0.0) &&
+    if (*end || !isfinite(value) || ((o->least != 0.0 || o->most != 0.0) &&
                                       (value < o->least || value > o->most)))
         return false;
     if (o->type == OPTION_NUMBER) {
@@ -106,7 +109,7 @@ int options_parse(const char *command, const Option *table, size_t count, int ar
             strcat(shorts, spec);
         }
     }
-    optind = 1;
+    optind = 0; // glibc's way to begin anew
     opterr = 0;
     for (int c; (c = getopt_long(argc, argv, shorts, longs, NULL)) != -1;) {
         const Option *o = c >= 256 ? &table[c - 256] : NULL;

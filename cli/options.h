@@ -11,7 +11,7 @@ typedef enum OptionType {
     OPTION_FLAG = 0, // bool
     OPTION_INT,      // int64_t
     OPTION_NUMBER,   // double
-    OPTION_BYTES,    // uint64_t, with K, M, G
+    OPTION_BYTES,    // int64_t, 0 or more, with K, M, G, T
     OPTION_TEXT,     // const char *
     OPTION_LIST      // OptionList, may be given again
 } OptionType;

@@ -2,12 +2,13 @@
 
 #include "cli.h"
 
-
-#include <math.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static bool ends_in(const char *path, const char *ending)
 {
@@ -18,6 +19,26 @@ static bool ends_in(const char *path, const char *ending)
 bool output_is_supported(const char *path)
 {
     return ends_in(path, ".exr") || ends_in(path, ".png");
+}
+
+bool output_is_png(const char *path)
+{
+    return ends_in(path, ".png");
+}
+
+bool output_check(const char *path, CohortError *err)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
+        return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %.200s: it is a folder", path);
+    const char *slash = strrchr(path, '/');
+    char folder[4096] = ".";
+    if (slash)
+        snprintf(folder, sizeof folder, "%.*s", slash > path ? (int)(slash - path) : 1, path);
+    if (access(folder, W_OK | X_OK) == 0)
+        return true;
+    return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write into folder %.150s: %s", folder,
+                strerror(errno));
 }
 
 bool output_buffers_create(CohortDelegate *delegate, uint32_t width, uint32_t height,
@@ -111,81 +132,18 @@ static void add_aov(Channels *c, const CohortAovDescriptor *aov, const float *pi
     add_channel(c, name, is_id ? COHORT_CHANNEL_UINT : COHORT_CHANNEL_FLOAT, pixels, stride);
 }
 
-typedef struct Attributes {
-    CohortAttribute list[32];
-    char texts[8][64];
-    size_t count, text_count;
-} Attributes;
-
-static CohortAttribute *add(Attributes *a, const char *name, CohortAttributeType type)
-{
-    CohortAttribute *attribute = &a->list[a->count++];
-    memset(attribute, 0, sizeof *attribute);
-    attribute->name = name;
-    attribute->type = type;
-    return attribute;
-}
-
-static void add_text(Attributes *a, const char *name, const char *text)
-{
-    if (text && text[0])
-        add(a, name, COHORT_ATTRIBUTE_STRING)->text = text;
-}
-
-static void add_float(Attributes *a, const char *name, double value)
-{
-    add(a, name, COHORT_ATTRIBUTE_FLOAT)->numbers[0] = (float)value;
-}
-
-static void add_hex(Attributes *a, const char *name, uint64_t value)
-{
-    char *text = a->texts[a->text_count++];
-    snprintf(text, sizeof a->texts[0], "%016llx", (unsigned long long)value);
-    add_text(a, name, text);
-}
-
-static void fill_stamp(Attributes *a, const OutputStamp *s)
-{
-    add_text(a, "software", "cohort");
-    add_text(a, "cohort:version", cohort_version());
-    add_text(a, "cohort:stage", s->stage);
-    add_hex(a, "cohort:stageHash", s->stage_hash);
-    add_text(a, "cohort:camera", s->camera);
-    add_text(a, "cohort:filter", s->filter);
-    add_text(a, "cohort:renderStatus", s->status);
-    add_text(a, "cohort:isa", s->stats.isa);
-    add_text(a, "cohort:ocioConfig", s->ocio_config);
-    add_text(a, "cohort:renderingColorSpace", s->rendering_space);
-    add(a, "cohort:samplesPerPixel", COHORT_ATTRIBUTE_INT)->integer =
-        (int32_t)s->stats.samples_per_pixel;
-    add(a, "cohort:seed", COHORT_ATTRIBUTE_INT)->integer = (int32_t)s->seed;
-    add_float(a, "cohort:meanError", s->stats.mean_error);
-    add_float(a, "cohort:renderSeconds", s->stats.seconds_total);
-    if (isfinite(s->time))
-        add_float(a, "cohort:frame", s->time);
-    if (s->frames_per_second > 0.0)
-        add_float(a, "cohort:framesPerSecond", s->frames_per_second);
-}
-
 static bool write_exr(const char *path, const OutputBuffers *b, const OutputStamp *stamp,
                       CohortError *err)
 {
     Channels channels = {.count = 0};
-    Attributes attributes = {.count = 0};
-    char space[128];
-    bool ok = true;
+    StampAttributes attributes;
+    bool ok = stamp_attributes(stamp, &attributes, err);
     for (size_t i = 0; i < b->count && ok; i++) {
         channels.planes[i] = top_down(b->buffers[i]);
         ok = channels.planes[i] || fail(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
         if (ok)
             add_aov(&channels, &b->aovs[i], channels.planes[i]);
     }
-    fill_stamp(&attributes, stamp);
-    CohortAttribute *primaries = add(&attributes, "chromaticities", COHORT_ATTRIBUTE_CHROMATICITIES);
-    ok = ok && cohort_rendering_space(stamp->ocio_config, stamp->rendering_space, space,
-                                      primaries->numbers, err);
-    if (ok)
-        add_text(&attributes, "cohort:colorSpace", space);
     CohortExrDesc desc = {.width = cohort_render_buffer_width(b->buffers[0]),
                           .height = cohort_render_buffer_height(b->buffers[0]),
                           .pixel_aspect = (float)stamp->pixel_aspect,
@@ -214,6 +172,6 @@ static bool write_png(const char *path, const OutputBuffers *b, const OutputStam
 bool output_write(const char *path, const OutputBuffers *buffers, const OutputStamp *stamp,
                   CohortError *err)
 {
-    return ends_in(path, ".png") ? write_png(path, buffers, stamp, err)
-                                 : write_exr(path, buffers, stamp, err);
+    return output_is_png(path) ? write_png(path, buffers, stamp, err)
+                               : write_exr(path, buffers, stamp, err);
 }

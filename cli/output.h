@@ -3,9 +3,7 @@
 #ifndef COHORT_CLI_OUTPUT_H
 #define COHORT_CLI_OUTPUT_H
 
-#include "cohort/delegate.h"
-#include "cohort/image.h"
-#include "cohort/stage_adapter.h"
+#include "stamp.h"
 
 enum { OUTPUT_AOVS_MAX = 16 };
 
@@ -17,17 +15,6 @@ typedef struct OutputBuffers {
     size_t count;
 } OutputBuffers;
 
-// What goes into the header beside the pixels.
-typedef struct OutputStamp {
-    const char *stage, *camera, *filter, *status; // status: "complete" or "interrupted"
-    double time, pixel_aspect, frames_per_second;
-    uint32_t seed;
-    uint64_t stage_hash;
-    const char *ocio_config, *rendering_space;
-    const CohortView *view; // NULL when no PNG is written
-    CohortRenderStats stats;
-} OutputStamp;
-
 // Creates one buffer per AOV name; color first. False with the unknown one named.
 bool output_buffers_create(CohortDelegate *delegate, uint32_t width, uint32_t height,
                            const char *const *names, size_t count, OutputBuffers *out,
@@ -36,6 +23,11 @@ void output_buffers_destroy(OutputBuffers *buffers);
 
 // True for names that end in .exr or .png.
 bool output_is_supported(const char *path);
+bool output_is_png(const char *path);
+
+// Says before the first ray what would keep the file from being written after the last one.
+bool output_check(const char *path, CohortError *err);
+
 bool output_write(const char *path, const OutputBuffers *buffers, const OutputStamp *stamp,
                   CohortError *err);
 

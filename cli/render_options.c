@@ -6,13 +6,16 @@
 #include <string.h>
 
 static const char usage[] =
-    "cohort render STAGE -o OUT.exr [-o OUT.png ...] [options]\n\n"
+    "cohort render STAGE [-o OUT.exr] [-o OUT.png ...] [options]\n\n"
     "Renders a USD text stage. Outputs are written by their ending: .exr scene-linear with every\n"
-    "AOV, .png through an OCIO display and view. Flags beat what the stage authors.\n\n";
+    "AOV, .png through an OCIO display and view. Without -o the stage's RenderProduct names the\n"
+    "file. Flags beat what the stage authors.\n\n";
 
 static const char exit_codes[] =
-    "\nWhile a render lasts, its film is kept in OUT.film after each round; --resume goes on from\n"
-    "there. SIGINT and SIGTERM write the last complete round, marked; SIGUSR1 writes it and goes on.\n"
+    "\nWhile a render lasts, its film is kept beside the first output, every five seconds or so, under\n"
+    "that name with .film behind it: OUT.exr.film. --resume goes on from there and gives the same\n"
+    "pixels as a render that never stopped. SIGINT and SIGTERM write the last complete round, marked\n"
+    "interrupted; SIGUSR1 writes it and goes on.\n"
     "Exit codes: 0 written, 2 usage, 3 the stage cannot be loaded, 4 a file cannot be written,\n"
     "5 interrupted.\n";
 
@@ -49,11 +52,6 @@ static int parse_variants(RenderOptions *o)
 
 static int check(RenderOptions *o)
 {
-    if (o->outputs.count == 0)
-        return usage_error("render", "name at least one output with -o");
-    for (size_t i = 0; i < o->outputs.count; i++)
-        if (!output_is_supported(o->outputs.items[i]))
-            return usage_error("render", "%s: outputs end in .exr or .png", o->outputs.items[i]);
     if (o->preset) {
         o->first_hit_samples = o->first_hit_samples ? o->first_hit_samples : 4;
         o->light_samples = o->light_samples ? o->light_samples : 1;
@@ -68,6 +66,7 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
     const Option table[] = {
         {"output", 'o', OPTION_LIST, &o->outputs, 0, 0, "FILE", NULL, "an .exr or .png; #### stands for the frame"},
         {"camera", 0, OPTION_TEXT, &o->camera, 0, 0, "PATH", NULL, "path or name of a camera (default: the stage's choice)"},
+        {"list-cameras", 0, OPTION_FLAG, &o->list_cameras, 0, 0, NULL, NULL, "print the stage's cameras and render nothing"},
         {"frames", 0, OPTION_TEXT, &o->frames, 0, 0, "SPEC", NULL, "7, 1:5, 5:1, 1:9x2, joined by commas (default: the earliest)"},
         {"default-time", 0, OPTION_FLAG, &o->default_time, 0, 0, NULL, NULL, "default values only, no time samples"},
         {"size", 0, OPTION_TEXT, &o->size, 0, 0, "WxH", NULL, "pixels"},
@@ -97,11 +96,11 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"ptex-reductions", 0, OPTION_TEXT, &o->ptex_reductions, 0, 0, NULL, "linear|authored", "coarse Ptex levels: rebuilt in linear, or the file's"},
         {"converted", 0, OPTION_TEXT, &o->converted, 0, 0, "DIR", NULL, "where converted textures are kept"},
         {"texture-level0", 0, OPTION_FLAG, &o->texture_level0, 0, 0, NULL, NULL, "full-resolution lookups, for references"},
-        {"ocio", 0, OPTION_TEXT, &o->ocio, 0, 0, "CONFIG", NULL, "OCIO config (default $OCIO, else none)"},
+        {"ocio", 0, OPTION_TEXT, &o->ocio, 0, 0, "CONFIG", NULL, "OCIO config (default $OCIO, else a built-in one)"},
         {"display", 0, OPTION_TEXT, &o->display, 0, 0, "NAME", NULL, "display of PNG outputs"},
         {"view", 0, OPTION_TEXT, &o->view, 0, 0, "NAME", NULL, "view of PNG outputs"},
-        {"stats", 0, OPTION_TEXT, &o->stats, 0, 0, "FILE.json", NULL, "write every counter, and what was not honored"},
-        {"resume", 0, OPTION_FLAG, &o->resume, 0, 0, NULL, NULL, "go on from OUT.film if it is there"},
+        {"stats", 0, OPTION_TEXT, &o->stats, 0, 0, "FILE.json", NULL, "write every counter, and what was not honored; #### as in -o"},
+        {"resume", 0, OPTION_FLAG, &o->resume, 0, 0, NULL, NULL, "go on from the film beside the first output, if it is there"},
         {"progress", 0, OPTION_TEXT, &o->progress, 0, 0, NULL, "alf", "ALF_PROGRESS lines on standard output"},
         {"quiet", 'q', OPTION_FLAG, &o->is_quiet, 0, 0, NULL, NULL, "errors only"},
         {"verbose", 'v', OPTION_FLAG, &o->is_verbose, 0, 0, NULL, NULL, "say more"},

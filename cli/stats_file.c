@@ -210,5 +210,5 @@ bool stats_write(const char *path, const StatsContext *c, CohortError *err)
     fputs("\n}\n", j.file);
     bool ok = !ferror(j.file);
     ok = fclose(j.file) == 0 && ok;
-    return ok || fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %s", path);
+    return ok || fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
 }

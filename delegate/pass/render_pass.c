@@ -209,6 +209,14 @@ bool cohort_render_pass_error(const CohortRenderPass *pass, CohortError *out)
     return thread && co_render_thread_error(thread, out);
 }
 
+bool cohort_render_pass_camera(const CohortRenderPass *pass, CohortCameraDesc *out)
+{
+    if (pass->index->delegate->current != pass || !pass->index->has_camera_set)
+        return false;
+    memcpy(out, &pass->index->camera_set, sizeof *out);
+    return true;
+}
+
 bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t stage_hash,
                              CohortError *err)
 {

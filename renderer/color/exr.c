@@ -7,6 +7,7 @@
 
 #include <openexr.h>
 
+#include <errno.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -149,10 +150,26 @@ static exr_result_t write_rows(exr_context_t ctx, const CohortExrDesc *desc)
     return r;
 }
 
-bool cohort_exr_write(const char *path, const CohortExrDesc *desc, CohortError *err)
+// The library must not find these out: it hangs on its own lock after refusing a channel.
+static bool check_desc(const CohortExrDesc *desc, CohortError *err)
 {
     CO_CHECK(desc->width > 0 && desc->height > 0 && desc->channel_count > 0, err,
              COHORT_ERROR_ARGUMENT, "an EXR needs pixels and channels");
+    for (size_t i = 0; i < desc->channel_count; i++) {
+        const char *name = desc->channels[i].name;
+        CO_CHECK(name[0] && strlen(name) < 32, err, COHORT_ERROR_ARGUMENT,
+                 "channel name \"%.64s\" must have 1 to 31 letters", name);
+        for (size_t k = 0; k < i; k++)
+            CO_CHECK(strcmp(name, desc->channels[k].name) != 0, err, COHORT_ERROR_ARGUMENT,
+                     "an EXR cannot have two channels named %.64s", name);
+    }
+    return true;
+}
+
+bool cohort_exr_write(const char *path, const CohortExrDesc *desc, CohortError *err)
+{
+    if (!check_desc(desc, err))
+        return false;
     char partial[4096];
     int length = snprintf(partial, sizeof partial, "%s.partial-%ld", path, (long)getpid());
     CO_CHECK(length > 0 && (size_t)length < sizeof partial, err, COHORT_ERROR_FILE_WRITE,
@@ -172,9 +189,10 @@ bool cohort_exr_write(const char *path, const CohortExrDesc *desc, CohortError *
     r = r == EXR_ERR_SUCCESS ? closed : r;
     if (r == EXR_ERR_SUCCESS && rename(partial, path) == 0)
         return true;
+    if (r == EXR_ERR_SUCCESS)
+        snprintf(said.message, sizeof said.message, "%s", strerror(errno));
     unlink(partial);
-    return exr_failed(path, &said, COHORT_ERROR_FILE_WRITE, "write",
-                      r == EXR_ERR_SUCCESS ? EXR_ERR_WRITE_IO : r, err);
+    return exr_failed(path, &said, COHORT_ERROR_FILE_WRITE, "write", r, err);
 }
 
 void cohort_image_clear(CohortImage *image)

@@ -10,6 +10,7 @@
 #include "shims/ocio.h"
 #include "shims/png.h"
 
+#include <errno.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -59,14 +60,14 @@ static bool choose_display_view(CohortView *v, bool is_shipped, const char *disp
     if (!display || !display[0])
         display = is_shipped ? plain_display : co_ocio_default_display(v->config);
     list_names(known, sizeof known, v->config, NULL);
-    CO_CHECK(has_name(v->config, NULL, display), err, COHORT_ERROR_COLOR,
+    CO_CHECK(has_name(v->config, NULL, display), err, COHORT_ERROR_ARGUMENT,
              "the OCIO config has no display \"%s\"; it has %s", display, known);
     if (!view || !view[0])
         view = is_shipped && !strcmp(display, plain_display)
                    ? plain_view
                    : co_ocio_default_view(v->config, display);
     list_names(known, sizeof known, v->config, display);
-    CO_CHECK(has_name(v->config, display, view), err, COHORT_ERROR_COLOR,
+    CO_CHECK(has_name(v->config, display, view), err, COHORT_ERROR_ARGUMENT,
              "display \"%s\" has no view \"%s\"; it has %s", display, view, known);
     snprintf(v->display, sizeof v->display, "%s", display);
     snprintf(v->view, sizeof v->view, "%s", view);
@@ -207,8 +208,10 @@ static bool write_bytes(const char *path, uint32_t width, uint32_t height, const
     co_free(TAG, bytes, count);
     if (ok && rename(partial, path) == 0)
         return true;
+    if (ok)
+        CO_FAIL(err, COHORT_ERROR_FILE_WRITE, "cannot write %.150s: %s", path, strerror(errno));
     unlink(partial);
-    return CO_FAIL(err, COHORT_ERROR_FILE_WRITE, "cannot write %s", path);
+    return false;
 }
 
 bool cohort_png_write(const char *path, uint32_t width, uint32_t height, const float *rgba,

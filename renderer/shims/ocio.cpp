@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <set>
 #include <sstream>
+#include <string>
 #include <vector>
 
 namespace ocio = OCIO_NAMESPACE;
@@ -36,6 +38,117 @@ static Result guarded(CohortError *err, Result failed, const char *what, Body bo
     return failed;
 }
 
+// OCIO 2.1 overruns the stack on definitions that lead back to themselves. This walks all of them
+// first. A node is a color space in one direction (its transforms may differ), a look, a view
+// transform or a named transform.
+class CycleFinder {
+public:
+    explicit CycleFinder(const ocio::ConstConfigRcPtr &config) : config_(config) {}
+
+    // The name of something that is defined through itself; empty if there is none.
+    std::string find()
+    {
+        int spaces = config_->getNumColorSpaces(ocio::SEARCH_REFERENCE_SPACE_ALL,
+                                                ocio::COLORSPACE_ALL);
+        for (int i = 0; i < spaces; i++) {
+            const char *name = config_->getColorSpaceNameByIndex(ocio::SEARCH_REFERENCE_SPACE_ALL,
+                                                                 ocio::COLORSPACE_ALL, i);
+            space(name, true);
+            space(name, false);
+        }
+        for (int i = 0; i < config_->getNumLooks(); i++)
+            look(config_->getLookNameByIndex(i));
+        for (int i = 0; i < config_->getNumViewTransforms(); i++)
+            view_transform(*config_->getViewTransform(config_->getViewTransformNameByIndex(i)));
+        return found_;
+    }
+
+private:
+    const ocio::ConstConfigRcPtr &config_;
+    std::set<std::string> open_, closed_;
+    std::string found_;
+
+    template <typename Body> void visit(const std::string &node, const char *name, Body inside)
+    {
+        if (!found_.empty() || closed_.count(node))
+            return;
+        if (!open_.insert(node).second) {
+            found_ = name;
+            return;
+        }
+        inside();
+        open_.erase(node);
+        closed_.insert(node);
+    }
+
+    void space(const char *name, bool to_reference)
+    {
+        if (ocio::ConstColorSpaceRcPtr s = config_->getColorSpace(name)) {
+            auto own = to_reference ? ocio::COLORSPACE_DIR_TO_REFERENCE
+                                    : ocio::COLORSPACE_DIR_FROM_REFERENCE;
+            auto other = to_reference ? ocio::COLORSPACE_DIR_FROM_REFERENCE
+                                      : ocio::COLORSPACE_DIR_TO_REFERENCE;
+            visit((to_reference ? "to " : "from ") + std::string(s->getName()), s->getName(), [&] {
+                ocio::ConstTransformRcPtr t = s->getTransform(own);
+                walk(t ? t : s->getTransform(other), !t);
+            });
+        } else if (ocio::ConstNamedTransformRcPtr n = config_->getNamedTransform(name)) {
+            visit("named " + std::string(n->getName()), n->getName(), [&] {
+                walk(n->getTransform(ocio::TRANSFORM_DIR_FORWARD), false);
+                walk(n->getTransform(ocio::TRANSFORM_DIR_INVERSE), false);
+            });
+        }
+    }
+
+    void look(const char *name)
+    {
+        ocio::ConstLookRcPtr l = config_->getLook(name);
+        if (!l)
+            return;
+        visit("look " + std::string(name), name, [&] {
+            space(l->getProcessSpace(), true);
+            space(l->getProcessSpace(), false);
+            walk(l->getTransform(), false);
+            walk(l->getInverseTransform(), false);
+        });
+    }
+
+    void view_transform(const ocio::ViewTransform &v)
+    {
+        visit("view " + std::string(v.getName()), v.getName(), [&] {
+            walk(v.getTransform(ocio::VIEWTRANSFORM_DIR_TO_REFERENCE), false);
+            walk(v.getTransform(ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE), false);
+        });
+    }
+
+    void hop(const char *from, const char *to, bool inverse)
+    {
+        space(inverse ? to : from, true);
+        space(inverse ? from : to, false);
+    }
+
+    void walk(const ocio::ConstTransformRcPtr &t, bool inverse)
+    {
+        if (!t || !found_.empty())
+            return;
+        inverse = inverse != (t->getDirection() == ocio::TRANSFORM_DIR_INVERSE);
+        if (auto group = ocio::DynamicPtrCast<const ocio::GroupTransform>(t)) {
+            for (int i = 0; i < group->getNumTransforms(); i++)
+                walk(group->getTransform(i), inverse);
+        } else if (auto c = ocio::DynamicPtrCast<const ocio::ColorSpaceTransform>(t)) {
+            hop(c->getSrc(), c->getDst(), inverse);
+        } else if (auto l = ocio::DynamicPtrCast<const ocio::LookTransform>(t)) {
+            hop(l->getSrc(), l->getDst(), inverse);
+            std::istringstream names(l->getLooks());
+            for (std::string name; std::getline(names, name, ',');)
+                look(name.substr(std::min(name.find_first_not_of(" +-"), name.size())).c_str());
+        } else if (auto d = ocio::DynamicPtrCast<const ocio::DisplayViewTransform>(t)) {
+            const char *to = config_->getDisplayViewColorSpaceName(d->getDisplay(), d->getView());
+            hop(d->getSrc(), to, inverse);
+        }
+    }
+};
+
 CoOcioConfig *co_ocio_config_open(const char *path, const char *text, CohortError *err)
 {
     return guarded(err, static_cast<CoOcioConfig *>(nullptr), path ? path : "OCIO config", [&] {
@@ -47,6 +160,9 @@ CoOcioConfig *co_ocio_config_open(const char *path, const char *text, CohortErro
             std::istringstream stream(text);
             config = ocio::Config::CreateFromStream(stream);
         }
+        std::string cyclic = CycleFinder(config).find();
+        if (!cyclic.empty())
+            throw ocio::Exception(("\"" + cyclic + "\" is defined through itself").c_str());
         return new CoOcioConfig{config};
     });
 }

@@ -378,6 +378,10 @@ bool cohort_render_pass_wait(CohortRenderPass *pass, double seconds);
 // The error that ended the render: true and *out set when there is one. Any thread.
 bool cohort_render_pass_error(const CohortRenderPass *pass, CohortError *out);
 
+// The camera as the pass renders it, its window conformed to the image. False before the first
+// execute.
+bool cohort_render_pass_camera(const CohortRenderPass *pass, CohortCameraDesc *out);
+
 // Saves the film of the last complete round. From the round callback: at once. While rendering: at
 // the end of the open round, waiting for it.
 bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t stage_hash,

@@ -1,0 +1,247 @@
+// One frame of a render: from the first ray to the files.
+
+#include "render_command.h"
+
+#include "cli.h"
+#include "stats_file.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+// The film is kept on disk at most this often: rounds of a quick render are not worth a write each.
+#define FILM_SECONDS 5.0
+
+static volatile sig_atomic_t stop_requested, snapshot_requested;
+
+static void on_signal(int signal_number)
+{
+    if (signal_number == SIGUSR1)
+        snapshot_requested = 1;
+    else
+        stop_requested = 1;
+}
+
+void render_catch_signals(void)
+{
+    struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGUSR1, &action, NULL);
+    // A file that grows too large, or a reader that has gone, is an error of that write alone.
+    struct sigaction ignore = {.sa_handler = SIG_IGN};
+    sigemptyset(&ignore.sa_mask);
+    sigaction(SIGXFSZ, &ignore, NULL);
+    sigaction(SIGPIPE, &ignore, NULL);
+}
+
+double render_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// ---- Files -------------------------------------------------------------------------------------
+
+static bool frame_path(const RenderRun *run, const char *pattern, size_t frame, char *path,
+                       size_t size, CohortError *err)
+{
+    char why[512];
+    if (frames_path(pattern, run->frames.count ? &run->frames : NULL, frame, path, size, why,
+                    sizeof why))
+        return true;
+    return fail(err, COHORT_ERROR_ARGUMENT, "%s", why);
+}
+
+static void fill_stamp(const RenderRun *run, const char *status, OutputStamp *stamp)
+{
+    CohortSettingValue filter = {0}, space = {0};
+    cohort_delegate_get(run->delegate, "cohort:filter", &filter);
+    cohort_delegate_get(run->delegate, "cohort:renderingColorSpace", &space);
+    *stamp = (OutputStamp){.stage = run->stage_path,
+                           .camera = run->resolved.camera,
+                           .filter = filter.string,
+                           .status = status,
+                           .time = run->resolved.time,
+                           .pixel_aspect = run->resolved.pixel_aspect_ratio,
+                           .frames_per_second = run->resolved.frames_per_second,
+                           .seed = (uint32_t)run->options.seed,
+                           .stage_hash = run->resolved.stage_hash,
+                           .ocio_config = run->options.ocio,
+                           .rendering_space = space.string,
+                           .view = run->view};
+    stamp->has_lens = cohort_render_pass_camera(run->pass, &stamp->lens);
+    cohort_delegate_render_stats(run->delegate, &stamp->stats);
+}
+
+static bool write_outputs(RenderRun *run, size_t frame, const char *status, CohortError *err)
+{
+    const RenderOptions *o = &run->options;
+    OutputStamp stamp;
+    fill_stamp(run, status, &stamp);
+    for (size_t i = 0; i < o->outputs.count; i++) {
+        char path[4096];
+        if (!frame_path(run, o->outputs.items[i], frame, path, sizeof path, err) ||
+            !output_write(path, &run->buffers, &stamp, err))
+            return false;
+        if (!o->is_quiet)
+            fprintf(stderr, "cohort: wrote %s (%ux%u, %llu spp)\n", path, run->resolved.width,
+                    run->resolved.height, (unsigned long long)stamp.stats.samples_per_pixel);
+    }
+    return true;
+}
+
+static bool write_stats(RenderRun *run, size_t frame, const char *status, CohortError *err)
+{
+    const char *pattern = run->options.stats;
+    if (!pattern)
+        return true;
+    char path[4096];
+    snprintf(path, sizeof path, "%s", pattern);
+    if (strchr(pattern, '#') && !frame_path(run, pattern, frame, path, sizeof path, err))
+        return false;
+    StatsContext context = {.stage = run->stage_path,
+                            .status = status,
+                            .delegate = run->delegate,
+                            .index = run->index,
+                            .load_seconds = run->load_seconds,
+                            .total_seconds = render_now() - run->start};
+    cohort_delegate_render_stats(run->delegate, &context.render);
+    return stats_write(path, &context, err);
+}
+
+static bool save_film(RenderRun *run, CohortError *err)
+{
+    if (!run->film[0])
+        return true;
+    run->has_film = cohort_render_pass_save(run->pass, run->film, run->resolved.stage_hash, err);
+    return run->has_film;
+}
+
+// ---- While it renders --------------------------------------------------------------------------
+
+typedef struct FilmKeeper {
+    RenderRun *run;
+    double last;
+    bool failed;
+} FilmKeeper;
+
+// On the render thread, after each complete round.
+static void keep_film(void *cookie, const CohortRoundInfo *info)
+{
+    FilmKeeper *keeper = cookie;
+    if (info->is_done || keeper->failed || render_now() - keeper->last < FILM_SECONDS)
+        return;
+    CohortError err = {0};
+    keeper->failed = !save_film(keeper->run, &err);
+    keeper->last = render_now();
+    if (keeper->failed)
+        print_failure("warning", &err);
+}
+
+static double fraction_done(const CohortDelegate *delegate)
+{
+    CohortStat stats[32];
+    size_t count = cohort_delegate_stats(delegate, stats, 32);
+    for (size_t i = 0; i < count && i < 32; i++)
+        if (!strcmp(stats[i].key, "fractionDone"))
+            return stats[i].value.number;
+    return 0.0;
+}
+
+static void watch(RenderRun *run, size_t frame)
+{
+    double start = render_now();
+    while (!cohort_render_pass_wait(run->pass, 0.1)) {
+        if (stop_requested) {
+            cohort_delegate_stop(run->delegate, true);
+            break;
+        }
+        CohortRenderStats stats = {0};
+        cohort_delegate_render_stats(run->delegate, &stats);
+        progress_update(&run->progress, fraction_done(run->delegate), render_now() - start, &stats);
+        if (snapshot_requested && stats.samples_per_pixel) {
+            CohortError err = {0};
+            snapshot_requested = 0;
+            if (!save_film(run, &err) || !write_outputs(run, frame, "snapshot", &err))
+                print_failure("warning", &err);
+        }
+    }
+    progress_end(&run->progress);
+    run->was_interrupted = !cohort_render_pass_is_converged(run->pass);
+}
+
+// ---- Begin and end -----------------------------------------------------------------------------
+
+static bool check_files(RenderRun *run, size_t frame, CohortError *err)
+{
+    run->film[0] = 0;
+    run->has_film = false;
+    for (size_t i = 0; i < run->options.outputs.count; i++) {
+        char path[4000];
+        if (!frame_path(run, run->options.outputs.items[i], frame, path, sizeof path, err) ||
+            !output_check(path, err))
+            return false;
+        if (i == 0)
+            snprintf(run->film, sizeof run->film, "%s.film", path);
+    }
+    return true;
+}
+
+static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError *err)
+{
+    double start = render_now();
+    if (!check_files(run, frame, err) ||
+        (frame > 0 && !cohort_adapter_set_time(run->adapter, run->frames.times[frame], err)))
+        return false;
+    cohort_adapter_settings(run->adapter, &run->resolved);
+    CohortRenderPassState state = cohort_adapter_pass_state(run->adapter);
+    state.bindings = run->buffers.bindings;
+    state.binding_count = run->buffers.count;
+    if (run->options.resume && run->film[0] && access(run->film, F_OK) == 0)
+        state.resume_file = run->film;
+    cohort_delegate_set_round_callback(run->delegate, keep_film, keeper);
+    bool ok = cohort_render_pass_execute(run->pass, &state, err);
+    run->load_seconds = (frame == 0 ? start - run->start : 0.0) + render_now() - start;
+    return ok;
+}
+
+// Writes what the last complete round holds. The film comes first when the render is not complete,
+// and whenever a picture cannot be written: nothing rendered is lost.
+static bool write_all(RenderRun *run, size_t frame, bool is_complete, CohortError *err)
+{
+    const char *status = is_complete ? "complete" : "interrupted";
+    bool ok = is_complete || save_film(run, err);
+    ok = write_outputs(run, frame, status, err) && ok;
+    ok = write_stats(run, frame, status, err) && ok;
+    if (is_complete && ok && run->film[0])
+        unlink(run->film);
+    else if (is_complete)
+        save_film(run, NULL);
+    return ok;
+}
+
+int render_frame(RenderRun *run, size_t frame, CohortError *err)
+{
+    FilmKeeper keeper = {.run = run, .last = render_now()};
+    // A limit met here is one of the options': --memory or --size.
+    if (!begin(run, frame, &keeper, err))
+        return err->code == COHORT_ERROR_LIMIT ? EXIT_USAGE : render_exit_code(err);
+    watch(run, frame);
+    CohortError failure = {0}, unwritten = {0};
+    bool has_failed = cohort_render_pass_error(run->pass, &failure);
+    CohortRenderStats stats = {0};
+    cohort_delegate_render_stats(run->delegate, &stats);
+    bool is_written = stats.samples_per_pixel == 0 ||
+                      write_all(run, frame, !has_failed && !run->was_interrupted, &unwritten);
+    *err = has_failed ? failure : unwritten;
+    if (has_failed && !is_written)
+        print_failure("warning", &unwritten);
+    if (has_failed || !is_written)
+        return render_exit_code(err);
+    return run->was_interrupted ? EXIT_INTERRUPTED : EXIT_WRITTEN;
+}

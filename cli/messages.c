@@ -1,0 +1,114 @@
+#include "messages.h"
+
+#include "cli.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LINES_MAX = 12 }; // of what was not honored, unless --verbose
+
+static void release(Messages *m)
+{
+    if (m->held.code != COHORT_OK)
+        print_failure("error", &m->held);
+    memset(&m->held, 0, sizeof m->held);
+}
+
+void messages_report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
+                     uint32_t column, const char *prim_path, const char *text)
+{
+    Messages *m = cookie;
+    if (severity > COHORT_SEVERITY_WARNING)
+        return;
+    if (m->held.code != COHORT_OK && strstr(text, m->held.message))
+        memset(&m->held, 0, sizeof m->held);
+    release(m);
+    CohortError said = {.code = COHORT_ERROR_COMPOSITION, .line = line, .column = column};
+    snprintf(said.file, sizeof said.file, "%s", file ? file : "");
+    snprintf(said.prim_path, sizeof said.prim_path, "%s", prim_path ? prim_path : "");
+    snprintf(said.message, sizeof said.message, "%s", text);
+    if (severity == COHORT_SEVERITY_ERROR)
+        m->held = said;
+    else if (!m->is_quiet)
+        print_failure("warning", &said);
+}
+
+void messages_end(Messages *m, const CohortError *err)
+{
+    if (!strcmp(m->held.message, err->message))
+        memset(&m->held, 0, sizeof m->held);
+    release(m);
+    if (err->code != COHORT_OK)
+        print_failure("error", err);
+}
+
+static int compare_groups(const void *a, const void *b)
+{
+    const CohortReportEntry *x = a, *y = b;
+    int order = strcmp(x->name, y->name);
+    order = order ? order : strcmp(x->action, y->action);
+    return order ? order : strcmp(x->prim_path, y->prim_path);
+}
+
+static size_t group_end(const CohortReportEntry *entries, size_t count, size_t begin)
+{
+    size_t end = begin + 1;
+    while (end < count && !strcmp(entries[end].name, entries[begin].name) &&
+           !strcmp(entries[end].action, entries[begin].action))
+        end++;
+    return end;
+}
+
+static void print_entry(const CohortReportEntry *e, size_t prims)
+{
+    fprintf(stderr, "cohort: ");
+    if (e->prim_path[0])
+        fprintf(stderr, "<%s> ", e->prim_path);
+    if (prims > 1)
+        fprintf(stderr, "and %zu more: ", prims - 1);
+    fprintf(stderr, "%s", e->name);
+    if (e->value[0] && prims == 1)
+        fprintf(stderr, " = %s", e->value);
+    fprintf(stderr, ": %s\n", e->action);
+}
+
+static void print_report(const CohortReportEntry *entries, size_t count, bool is_verbose)
+{
+    CohortReportEntry *sorted = count ? malloc(count * sizeof *sorted) : NULL;
+    if (!sorted)
+        return;
+    // What composition lost was said when it was met.
+    size_t kept = 0, lines = 0, hidden = 0;
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(entries[i].name, "composition"))
+            sorted[kept++] = entries[i];
+    qsort(sorted, kept, sizeof *sorted, compare_groups);
+    for (size_t i = 0, end; i < kept; i = end) {
+        end = is_verbose ? i + 1 : group_end(sorted, kept, i);
+        if (lines++ < LINES_MAX || is_verbose)
+            print_entry(&sorted[i], end - i);
+        else
+            hidden += end - i;
+    }
+    if (hidden)
+        fprintf(stderr, "cohort: %zu more not honored; -v or --stats shows all\n", hidden);
+    free(sorted);
+}
+
+void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index,
+                          bool is_verbose)
+{
+    const CohortReportEntry *entries;
+    size_t count = cohort_delegate_report(delegate, &entries);
+    print_report(entries, count, is_verbose);
+    const CohortDiagnostic *warnings;
+    count = cohort_render_index_warnings(index, &warnings);
+    for (size_t i = 0; i < count; i++) {
+        const CohortDiagnostic *w = &warnings[i];
+        fprintf(stderr, "cohort: %s%swarning: %s", w->place, w->place[0] ? ": " : "", w->text);
+        if (w->count > 1)
+            fprintf(stderr, " (%llu times)", (unsigned long long)w->count);
+        fputc('\n', stderr);
+    }
+}

@@ -1,0 +1,26 @@
+// What the user is told about the input: each thing once, on one line.
+
+#ifndef COHORT_CLI_MESSAGES_H
+#define COHORT_CLI_MESSAGES_H
+
+#include "cohort/delegate.h"
+
+// The loader reports a layer it cannot read as an error, and then what becomes of it: a failure or a
+// warning in the same words. The error is held back until that is known.
+typedef struct Messages {
+    CohortError held;
+    bool is_quiet; // errors only
+} Messages;
+
+// A CohortStageOptions.report; the cookie is the Messages.
+void messages_report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
+                     uint32_t column, const char *prim_path, const char *text);
+
+// Prints what is still held back, and the failure that ended the command, if any.
+void messages_end(Messages *messages, const CohortError *err);
+
+// Prints what was not honored, equal things of many prims on one line, and the renderer's warnings.
+void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index,
+                          bool is_verbose);
+
+#endif

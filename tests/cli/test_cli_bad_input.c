@@ -1,0 +1,296 @@
+// Bad input: one clear line with place and remedy, the right exit code, and never a crash. What can
+// be rendered is rendered, with a counted warning.
+
+#include "command.h"
+
+#include "cohort/image.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static int without_output(void **state)
+{
+    (void)state;
+    unlink("x.exr");
+    return 0;
+}
+
+static void run_stage(Ran *ran, const char *text, const char *arguments)
+{
+    write_text("bad.usda", text);
+    unlink("x.exr");
+    command_run(ran, "render bad.usda -o x.exr --spp 1 --size 16x16 %s", arguments);
+}
+
+// Nothing is written, and one line says why.
+static void assert_refused(const Ran *ran, int code, const char *said)
+{
+    assert_ran(ran, code, said);
+    assert_int_equal(line_count(ran->err), 1);
+    assert_false(file_exists("x.exr"));
+}
+
+static void assert_rendered(const Ran *ran, const char *said)
+{
+    assert_ran(ran, 0, said);
+    assert_true(file_exists("x.exr"));
+}
+
+static void stages_that_cannot_be_read(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render nofile.usda -o x.exr");
+    assert_refused(&ran, 3, "nofile.usda");
+    assert_int_equal(mkdir("folder.usda", 0777), 0);
+    command_run(&ran, "render folder.usda -o x.exr");
+    assert_refused(&ran, 3, "irectory");
+    run_stage(&ran, "", "");
+    assert_refused(&ran, 3, "bad.usda:1:1");
+    run_stage(&ran, "PXR-USDC", "");
+    assert_refused(&ran, 3, "binary crate");
+    assert_non_null(strstr(ran.err, "usdcat"));
+    run_stage(&ran, "hello\n", "");
+    assert_refused(&ran, 3, "#usda 1.0");
+    run_stage(&ran, "#usda 1.0\n\ndef Sphere \"a\"\n{\n    double radius = = 2\n}\n", "");
+    assert_refused(&ran, 3, "bad.usda:5:21");
+    run_stage(&ran, "#usda 1.0\ndef Sphere \"a\"\n{\n", "");
+    assert_refused(&ran, 3, "bad.usda:");
+}
+
+static void arcs_that_lead_nowhere(void **state)
+{
+    (void)state;
+    Ran ran;
+    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef \"a\" (\n    references = @./none.usda@\n"
+                    ")\n{\n}\n", "--headlight");
+    assert_rendered(&ran, "none.usda");
+    assert_non_null(strstr(ran.err, "warning"));
+    assert_null(strstr(ran.err, "error"));
+    run_stage(&ran, "#usda 1.0\n(\n    subLayers = [@./none.usda@]\n)\n", "--headlight");
+    assert_rendered(&ran, "none.usda");
+    run_stage(&ran, "#usda 1.0\ndef \"a\" (\n    references = </a>\n)\n{\n}\n", "--headlight");
+    assert_rendered(&ran, "</a>");
+}
+
+static const char plane[] =
+    "    int[] faceVertexCounts = [4]\n    int[] faceVertexIndices = [0, 1, 2, 3]\n"
+    "    point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]\n"
+    "    uniform token subdivisionScheme = \"none\"\n";
+
+static void textured(char *out, size_t size, const char *shader)
+{
+    snprintf(out, size,
+             "#usda 1.0\ndef Mesh \"m\" (\n    prepend apiSchemas = [\"MaterialBindingAPI\"]\n)\n{\n"
+             "%s    rel material:binding = </M>\n}\ndef Material \"M\"\n{\n"
+             "    token outputs:surface.connect = </M/S.outputs:surface>\n"
+             "    def Shader \"S\"\n    {\n        uniform token info:id = \"UsdPreviewSurface\"\n"
+             "        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>\n"
+             "        token outputs:surface\n    }\n    def Shader \"T\"\n    {\n%s    }\n}\n",
+             plane, shader);
+}
+
+static void textures(void **state)
+{
+    (void)state;
+    Ran ran;
+    char text[2048];
+    textured(text, sizeof text,
+             "        uniform token info:id = \"UsdUVTexture\"\n"
+             "        asset inputs:file = @none.png@\n        float3 outputs:rgb\n");
+    run_stage(&ran, text, "--headlight");
+    assert_rendered(&ran, "none.png");
+    write_text("garbage.png", "\x89PNG\r\n\x1a\nrubbish");
+    textured(text, sizeof text,
+             "        uniform token info:id = \"UsdUVTexture\"\n"
+             "        asset inputs:file = @garbage.png@\n        float3 outputs:rgb\n");
+    run_stage(&ran, text, "--headlight");
+    assert_rendered(&ran, "garbage.png");
+    write_text("garbage.ptx", "Ptex rubbish");
+    textured(text, sizeof text,
+             "        uniform token info:id = \"HwPtexTexture_1\"\n"
+             "        asset inputs:file = @garbage.ptx@\n        float3 outputs:rgb\n");
+    run_stage(&ran, text, "--headlight");
+    assert_rendered(&ran, "garbage.ptx");
+}
+
+static void a_ptex_file_of_another_mesh(void **state)
+{
+    (void)state;
+    const char *file = COHORT_SHARED_DIR "/ptex/goldens/cube_f16_c1.ptx";
+    if (!file_exists(file))
+        skip();
+    Ran ran;
+    char text[2560], shader[512];
+    snprintf(shader, sizeof shader,
+             "        uniform token info:id = \"HwPtexTexture_1\"\n"
+             "        asset inputs:file = @%s@\n        float3 outputs:rgb\n", file);
+    textured(text, sizeof text, shader);
+    run_stage(&ran, text, "--headlight");
+    assert_rendered(&ran, "faces");
+}
+
+static void meshes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *mesh, *said;
+    } cases[] = {
+        {"int[] faceVertexCounts = [3]\n    int[] faceVertexIndices = [0, 1, 2]\n"
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (nan, 1, 0)]\n", "NaN"},
+        {"int[] faceVertexCounts = [3, 4]\n    int[] faceVertexIndices = [0, 1, 2]\n"
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "faceVertexCounts"},
+        {"int[] faceVertexCounts = [3]\n    int[] faceVertexIndices = [0, 1, 9]\n"
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "/bad"},
+        {"int[] faceVertexCounts = [-3]\n    int[] faceVertexIndices = [0, 1, 2]\n"
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "/bad"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        Ran ran;
+        char text[2048];
+        snprintf(text, sizeof text,
+                 "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef Mesh \"bad\"\n{\n    %s"
+                 "    uniform token subdivisionScheme = \"none\"\n}\n", cases[i].mesh);
+        run_stage(&ran, text, "--headlight");
+        assert_rendered(&ran, cases[i].said);
+    }
+}
+
+static void lights_without_area(void **state)
+{
+    (void)state;
+    static const char *const lights[] = {
+        "RectLight \"key\"\n{\n    float inputs:width = 0\n}\n",
+        "RectLight \"key\"\n{\n    float inputs:height = -1\n}\n",
+        "DiskLight \"key\"\n{\n    float inputs:radius = 0\n}\n",
+        "SphereLight \"key\"\n{\n    float inputs:radius = nan\n}\n"};
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        Ran ran;
+        char text[512];
+        snprintf(text, sizeof text, "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef %s", lights[i]);
+        run_stage(&ran, text, "");
+        assert_rendered(&ran, "/key");
+    }
+}
+
+static void matrices_without_inverse(void **state)
+{
+    (void)state;
+    static const char *const scales[] = {"(1, 0, 1)", "(nan, 1, 1)", "(inf, 1, 1)"};
+    for (size_t i = 0; i < sizeof scales / sizeof scales[0]; i++) {
+        Ran ran;
+        char text[512];
+        snprintf(text, sizeof text,
+                 "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef Sphere \"flat\"\n{\n"
+                 "    float3 xformOp:scale = %s\n"
+                 "    uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n", scales[i]);
+        run_stage(&ran, text, "--headlight");
+        assert_rendered(&ran, "left out");
+    }
+}
+
+static void no_camera_frames_the_stage(void **state)
+{
+    (void)state;
+    Ran ran;
+    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n    double size = 300\n}\n", "--env sky --hide-lights");
+    assert_rendered(&ran, "wrote");
+    CohortImage image = {0};
+    assert_true(cohort_exr_read("x.exr", &image, NULL));
+    const float *alpha = image.pixels + (size_t)cohort_image_channel(&image, "A") * 256;
+    assert_true(alpha[8 * 16 + 8] > 0.99f && alpha[0] < 0.5f);
+    cohort_image_clear(&image);
+}
+
+static void no_lights_are_dark(void **state)
+{
+    (void)state;
+    Ran ran;
+    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n}\n", "");
+    assert_rendered(&ran, "no lights");
+    assert_non_null(strstr(ran.err, "--env sky or --headlight"));
+    run_stage(&ran, "#usda 1.0\n", "--headlight");
+    assert_rendered(&ran, "wrote");
+}
+
+static void outputs_that_cannot_be_written(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda --spp 1 -o nofolder/x.exr");
+    assert_refused(&ran, 4, "nofolder");
+    assert_int_equal(mkdir("taken.exr", 0777), 0);
+    assert_int_equal(mkdir("taken.png", 0777), 0);
+    command_run(&ran, "render stage.usda --spp 1 -o taken.exr");
+    assert_refused(&ran, 4, "taken.exr: it is a folder");
+    command_run(&ran, "render stage.usda --spp 1 -o taken.png");
+    assert_refused(&ran, 4, "taken.png: it is a folder");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --stats nofolder/x.json -q");
+    assert_ran(&ran, 4, "nofolder/x.json");
+    unlink("x.exr");
+    if (geteuid() == 0) // whom permissions do not stop
+        return;
+    assert_int_equal(mkdir("locked", 0555), 0);
+    command_run(&ran, "render stage.usda --spp 1 -o locked/x.exr");
+    assert_refused(&ran, 4, "locked");
+}
+
+static void files_that_do_not_fit(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run_limited(&ran, 65536, "render stage.usda --spp 1 -o x.exr");
+    assert_refused(&ran, 4, "--scratch");
+    // The scratch files of such batches fit, the picture does not.
+    command_run_limited(&ran, 16384, "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
+    assert_refused(&ran, 4, "x.exr");
+    assert_int_equal(system("ls | grep -q partial"), 256);
+}
+
+static void folders_and_files_of_options(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --scratch nofolder");
+    assert_refused(&ran, 4, "--scratch");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --env none.hdr");
+    assert_refused(&ran, 3, "none.hdr");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr -o x.png --ocio none.ocio");
+    assert_refused(&ran, 3, "none.ocio");
+}
+
+static void absurd_work_can_be_stopped(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda --spp 2147483648 --time-limit 0.1 -o x.exr");
+    assert_rendered(&ran, "wrote");
+    unlink("x.exr");
+    command_run(&ran, "render stage.usda --spp 1 --size 65536x65536 --memory 100M -o x.exr");
+    assert_int_not_equal(ran.code, 0);
+    assert_true(ran.code < 6);
+    assert_int_equal(line_count(ran.err), 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(stages_that_cannot_be_read, without_output),
+        cmocka_unit_test_setup(arcs_that_lead_nowhere, without_output),
+        cmocka_unit_test_setup(textures, without_output),
+        cmocka_unit_test_setup(a_ptex_file_of_another_mesh, without_output),
+        cmocka_unit_test_setup(meshes, without_output),
+        cmocka_unit_test_setup(lights_without_area, without_output),
+        cmocka_unit_test_setup(matrices_without_inverse, without_output),
+        cmocka_unit_test_setup(no_camera_frames_the_stage, without_output),
+        cmocka_unit_test_setup(no_lights_are_dark, without_output),
+        cmocka_unit_test_setup(outputs_that_cannot_be_written, without_output),
+        cmocka_unit_test_setup(files_that_do_not_fit, without_output),
+        cmocka_unit_test_setup(folders_and_files_of_options, without_output),
+        cmocka_unit_test_setup(absurd_work_can_be_stopped, without_output),
+    };
+    return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);
+}

@@ -1,0 +1,180 @@
+// Renders that are interrupted, snapshot, killed and resumed.
+
+#include "command.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+// Endless for a test; the signals end it.
+static const char endless[] = "render stage.usda -o x.exr --spp 1000000000 --progress alf";
+
+static void remove_outputs(void)
+{
+    unlink("x.exr");
+    unlink("x.exr.film");
+}
+
+static void assert_status(const char *status)
+{
+    FILE *file = fopen("x.exr", "rb");
+    char header[8192] = {0}, expected[64];
+    assert_non_null(file);
+    size_t size = fread(header, 1, sizeof header, file);
+    fclose(file);
+    int n = snprintf(expected, sizeof expected, "cohort:renderStatus%cstring%c", 0, 0);
+    for (size_t i = 0; i + 64 < size; i++)
+        if (!memcmp(header + i, expected, (size_t)n)) {
+            assert_memory_equal(header + i + n + 4, status, strlen(status));
+            return;
+        }
+    fail_msg("the header has no status");
+}
+
+// Signals are caught from before the first line of progress on.
+static pid_t start_endless(void)
+{
+    remove_outputs();
+    pid_t pid = command_start(endless);
+    assert_true(command_await_output());
+    return pid;
+}
+
+static void interrupted(void **state)
+{
+    (void)state;
+    static const int signals[] = {SIGINT, SIGTERM};
+    for (int i = 0; i < 2; i++) {
+        Ran ran;
+        pid_t pid = start_endless();
+        kill(pid, SIGUSR1);
+        assert_true(command_await_file("x.exr"));
+        kill(pid, signals[i]);
+        command_wait(pid, &ran);
+        assert_ran(&ran, 5, "--resume");
+        assert_status("interrupted");
+        assert_true(file_exists("x.exr.film"));
+    }
+}
+
+static void a_snapshot_goes_on(void **state)
+{
+    (void)state;
+    Ran ran;
+    pid_t pid = start_endless();
+    kill(pid, SIGUSR1);
+    assert_true(command_await_file("x.exr"));
+    assert_status("snapshot");
+    assert_true(file_exists("x.exr.film"));
+    assert_int_equal(kill(pid, 0), 0);
+    kill(pid, SIGINT);
+    command_wait(pid, &ran);
+    assert_int_equal(ran.code, 5);
+}
+
+static const char finite[] = "render stage.usda -q --spp 1024 --size 48x36 --progress alf";
+
+static void assert_resumes_to(const char *whole)
+{
+    Ran ran;
+    command_run(&ran, "%s -o x.exr --resume", finite);
+    assert_ran(&ran, 0, "");
+    assert_status("complete");
+    assert_false(file_exists("x.exr.film"));
+    command_run(&ran, "diff x.exr %s", whole);
+    if (ran.code)
+        fail_msg("%s", ran.out);
+}
+
+// The same pixels as if it had never stopped, whichever way it stopped.
+static void resumed(void **state)
+{
+    (void)state;
+    static const int signals[] = {SIGINT, SIGKILL};
+    Ran ran;
+    command_run(&ran, "%s -o whole.exr", finite);
+    assert_int_equal(ran.code, 0);
+    for (int i = 0; i < 2; i++) {
+        remove_outputs();
+        char arguments[256];
+        snprintf(arguments, sizeof arguments, "%s -o x.exr", finite);
+        pid_t pid = command_start(arguments);
+        assert_true(command_await_output());
+        kill(pid, SIGUSR1);
+        assert_true(command_await_file("x.exr.film"));
+        kill(pid, signals[i]);
+        command_wait(pid, &ran);
+        assert_int_equal(ran.code, signals[i] == SIGINT ? 5 : 128 + SIGKILL);
+        assert_true(file_exists("x.exr.film"));
+        assert_resumes_to("whole.exr");
+    }
+}
+
+static void resume_refuses_another_picture(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments, *said;
+    } others[] = {
+        {"--size 32x24", "pixels"}, {"--seed 1", "seed"}, {"--camera side", "another stage"}};
+    Ran ran;
+    pid_t pid = start_endless();
+    kill(pid, SIGUSR1);
+    assert_true(command_await_file("x.exr"));
+    kill(pid, SIGINT);
+    command_wait(pid, &ran);
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        command_run(&ran, "%s --resume %s", endless, others[i].arguments);
+        assert_ran(&ran, 2, others[i].said);
+        assert_true(file_exists("x.exr.film"));
+    }
+    write_text("x.exr.film", "not a film");
+    command_run(&ran, "%s --resume", endless);
+    assert_ran(&ran, 3, "x.exr.film");
+    remove_outputs();
+}
+
+static void resume_without_a_film_begins(void **state)
+{
+    (void)state;
+    Ran ran;
+    remove_outputs();
+    command_run(&ran, "render stage.usda -o x.exr --spp 1 --resume");
+    assert_int_equal(ran.code, 0);
+    assert_true(file_exists("x.exr"));
+}
+
+// A picture that cannot be written at the end leaves the film to go on from.
+static void a_failed_write_keeps_the_film(void **state)
+{
+    (void)state;
+    Ran ran;
+    remove_outputs();
+    pid_t pid = command_start(endless);
+    assert_true(command_await_output());
+    kill(pid, SIGUSR1);
+    assert_true(command_await_file("x.exr"));
+    assert_int_equal(unlink("x.exr"), 0);
+    assert_int_equal(mkdir("x.exr", 0777), 0);
+    kill(pid, SIGTERM);
+    command_wait(pid, &ran);
+    assert_ran(&ran, 4, "x.exr");
+    assert_non_null(strstr(ran.err, "--resume"));
+    assert_true(file_exists("x.exr.film"));
+    assert_int_equal(rmdir("x.exr"), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(interrupted),
+        cmocka_unit_test(a_snapshot_goes_on),
+        cmocka_unit_test(resumed),
+        cmocka_unit_test(resume_refuses_another_picture),
+        cmocka_unit_test(resume_without_a_film_begins),
+        cmocka_unit_test(a_failed_write_keeps_the_film),
+    };
+    return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);
+}

@@ -1,0 +1,158 @@
+// Help, options and their refusals.
+
+#include "command.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void help_of_every_command(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {"render", "cat", "diff"};
+    Ran ran;
+    command_run(&ran, "--help");
+    assert_int_equal(ran.code, 0);
+    for (int i = 0; i < 3; i++) {
+        assert_non_null(strstr(ran.out, commands[i]));
+        Ran own;
+        command_run(&own, "%s --help", commands[i]);
+        assert_int_equal(own.code, 0);
+        assert_non_null(strstr(own.out, commands[i]));
+        assert_non_null(strstr(own.out, "--help"));
+        assert_string_equal(own.err, "");
+    }
+}
+
+static void help_of_render_is_complete(void **state)
+{
+    (void)state;
+    static const char *const options[] = {
+        "output", "camera", "list-cameras", "frames", "default-time", "size", "render-settings",
+        "variant", "level", "env", "headlight", "hide-lights", "spp", "time-limit", "noise",
+        "max-depth", "first-hit-samples", "light-samples", "preset", "filter", "seed", "aov",
+        "sort", "sorter", "batch", "scratch", "memory", "threads", "isa", "ptex-reductions",
+        "converted", "texture-level0", "ocio", "display", "view", "stats", "resume", "progress",
+        "quiet", "verbose"};
+    Ran ran;
+    command_run(&ran, "render -h");
+    assert_int_equal(ran.code, 0);
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "--%s", options[i]);
+        assert_non_null(strstr(ran.out, name));
+    }
+    assert_non_null(strstr(ran.out, "Exit codes"));
+    assert_non_null(strstr(ran.out, "OUT.exr.film"));
+}
+
+static void version_names_the_libraries(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "--version");
+    assert_int_equal(ran.code, 0);
+    assert_non_null(strstr(ran.out, "OpenEXR"));
+    assert_non_null(strstr(ran.out, "OpenColorIO"));
+}
+
+static void unknown_command(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "rendre");
+    assert_ran(&ran, 2, "rendre");
+    command_run(&ran, " ");
+    assert_int_equal(ran.code, 2);
+}
+
+static void refused_options(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *option, *said;
+    } cases[] = {
+        {"--bogus", "--bogus"},
+        {"--spp", "needs a value"},
+        {"--spp 0", "from 1 to 2147483648"},
+        {"--spp 4x", "expected a number"},
+        {"--size 0x10", "WIDTHxHEIGHT"},
+        {"--size 70000x10", "WIDTHxHEIGHT"},
+        {"--memory 1", "at least"},
+        {"--threads 0", "from 1"},
+        {"--variant size=small", "/Prim{set=selection}"},
+        {"--variant /World/ball{size=huge}", "no such variant"},
+        {"--variant /World/ball{shape=big}", "no such variant set"},
+        {"--variant /Moon{size=big}", "no such prim"},
+        {"--camera nope", "nope"},
+        {"--render-settings /World", "/World"},
+        {"--aov smell", "there are color"},
+        {"--display Projector", "sRGB - Display"},
+        {"--view Sepia", "Un-tone-mapped"},
+        {"--frames 1:", "frame spec"},
+        {"--frames 1:3", "placeholder"},
+        {"-o a.tif", ".exr or .png"},
+        {"-o x.exr", "named twice"},
+        {"-o a.##.exr", "no --frames"},
+        {"another.usda", "one stage"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        Ran ran;
+        command_run(&ran, "render stage.usda -o x.exr --spp 1 %s", cases[i].option);
+        assert_ran(&ran, 2, cases[i].said);
+        assert_int_equal(line_count(ran.err), 1);
+        assert_false(file_exists("x.exr"));
+    }
+}
+
+static void refusals_of_cat_and_diff(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "cat");
+    assert_ran(&ran, 2, "one layer");
+    command_run(&ran, "cat nofile.usda");
+    assert_ran(&ran, 3, "nofile.usda");
+    assert_int_equal(line_count(ran.err), 1);
+    command_run(&ran, "cat stage.usda -o nofolder/x.usda");
+    assert_ran(&ran, 4, "nofolder");
+    command_run(&ran, "diff a.exr");
+    assert_ran(&ran, 2, "two images");
+    command_run(&ran, "diff nofile.exr nofile.exr");
+    assert_ran(&ran, 3, "nofile.exr");
+    command_run(&ran, "diff stage.usda stage.usda");
+    assert_ran(&ran, 3, "stage.usda");
+    command_run(&ran, "diff a b -t -1");
+    assert_ran(&ran, 2, "--tolerance");
+}
+
+static void cat_writes_what_it_reads(void **state)
+{
+    (void)state;
+    Ran ran, again;
+    command_run(&ran, "cat stage.usda");
+    assert_int_equal(ran.code, 0);
+    assert_non_null(strstr(ran.out, "variantSet \"size\""));
+    command_run(&again, "cat stage.usda -o copy.usda");
+    assert_int_equal(again.code, 0);
+    assert_string_equal(again.out, "");
+    command_run(&again, "cat copy.usda");
+    assert_string_equal(again.out, ran.out);
+    command_run(&again, "cat --flatten stage.usda");
+    assert_int_equal(again.code, 0);
+    assert_null(strstr(again.out, "variantSet \"size\""));
+    assert_non_null(strstr(again.out, "double radius = 1"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(help_of_every_command),
+        cmocka_unit_test(help_of_render_is_complete),
+        cmocka_unit_test(version_names_the_libraries),
+        cmocka_unit_test(unknown_command),
+        cmocka_unit_test(refused_options),
+        cmocka_unit_test(refusals_of_cat_and_diff),
+        cmocka_unit_test(cat_writes_what_it_reads),
+    };
+    return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);
+}
