@@ -14,6 +14,9 @@
 // Segments beyond a default path are subject to Russian roulette.
 enum { ROULETTE_DEPTH = 7 };
 
+// How many hits ahead records are asked for: a few hundred nanoseconds of shading each.
+enum { PREFETCH_HITS = 4 };
+
 typedef struct ShadeContext {
     CohortRender *render;
     CoEmitter emitter;
@@ -284,6 +287,14 @@ static void shade_surface(ShadeContext *c, const CoRay *ray, const CoHitRecord *
     scatter(c, &s);
 }
 
+// Hits are in mesh order, their records in ray order: each is a miss unless asked for in time.
+static void prefetch_record(const CohortRender *render, uint32_t record)
+{
+    const uint32_t *words = &render->batch.records.words[(size_t)record * render->ray_words];
+    __builtin_prefetch(words);
+    __builtin_prefetch(words + render->ray_words - 1);
+}
+
 static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
 {
     CohortRender *render = context;
@@ -295,6 +306,8 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         const CoHitRecord *hit = &b->hit_records[i];
         const uint32_t *words = &b->records.words[(size_t)hit->record * render->ray_words];
+        if (i + PREFETCH_HITS < end)
+            prefetch_record(render, hit[PREFETCH_HITS].record);
         CoRay ray;
         // A ray that may pass goes back to the bins with its normal.
         if (render->scene->has_cutouts)

@@ -93,15 +93,6 @@ void co_bsdf_set_selection(CoBsdf *bsdf, CoVec3 wo)
     bsdf->p_through = through * scale;
 }
 
-void co_bsdf_lambert(CoVec3 albedo, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out)
-{
-    const CoPreviewSurface flat = {
-        .diffuse_color = albedo, .use_specular_workflow = true, .opacity = 1.0f, .ior = 1.0f};
-    co_bsdf_preview(&flat, ns, ng, wo, out);
-    out->f90 = co_vec3_splat(0.0f);
-    co_bsdf_set_selection(out, wo);
-}
-
 bool co_bsdf_has_smooth(const CoBsdf *bsdf)
 {
     return bsdf->p_diffuse > 0.0f || (bsdf->p_specular > 0.0f && bsdf->alpha > 0.0f) ||

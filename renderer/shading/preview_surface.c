@@ -1,4 +1,4 @@
-// UsdPreviewSurface's inputs to a BSDF.
+// Makers of BSDFs: UsdPreviewSurface's inputs, and Lambertian surfaces.
 
 #include "shading/bsdf_internal.h"
 
@@ -26,6 +26,14 @@ static float reflectance_of(float ior)
         ior = 1.5f;
     float r = ior > 1e18f ? 1.0f : (1.0f - ior) / (1.0f + ior);
     return r * r;
+}
+
+void co_bsdf_lambert(CoVec3 albedo, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out)
+{
+    *out = (CoBsdf){.opacity = 1.0f};
+    co_bsdf_set_frame(out, ns, ng, wo);
+    out->diffuse = unit3(albedo);
+    co_bsdf_set_selection(out, wo);
 }
 
 void co_bsdf_preview(const CoPreviewSurface *in, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out)
