@@ -216,6 +216,25 @@ static void no_lights_are_dark(void **state)
     assert_rendered(&ran, "wrote");
 }
 
+// Equal things of many prims are one line, unless all are asked for.
+static void what_is_not_honored_is_grouped(void **state)
+{
+    (void)state;
+    static const char curves[] =
+        "#usda 1.0\ndef BasisCurves \"a\"\n{\n}\ndef BasisCurves \"b\"\n{\n}\n"
+        "def BasisCurves \"c\"\n{\n}\n";
+    Ran ran;
+    run_stage(&ran, curves, "--headlight");
+    assert_rendered(&ran, "</a> and 2 more: BasisCurves");
+    assert_int_equal(line_count(ran.err), 2);
+    run_stage(&ran, curves, "--headlight -v");
+    assert_rendered(&ran, "</c> BasisCurves");
+    assert_int_equal(line_count(ran.err), 4);
+    run_stage(&ran, curves, "--headlight -q");
+    assert_rendered(&ran, "");
+    assert_string_equal(ran.err, "");
+}
+
 static void outputs_that_cannot_be_written(void **state)
 {
     (void)state;
@@ -287,6 +306,7 @@ int main(void)
         cmocka_unit_test_setup(matrices_without_inverse, without_output),
         cmocka_unit_test_setup(no_camera_frames_the_stage, without_output),
         cmocka_unit_test_setup(no_lights_are_dark, without_output),
+        cmocka_unit_test_setup(what_is_not_honored_is_grouped, without_output),
         cmocka_unit_test_setup(outputs_that_cannot_be_written, without_output),
         cmocka_unit_test_setup(files_that_do_not_fit, without_output),
         cmocka_unit_test_setup(folders_and_files_of_options, without_output),

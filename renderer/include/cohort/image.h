@@ -88,7 +88,8 @@ typedef struct CohortView CohortView;
 
 // From a rendering space through a display and view. config NULL = $OCIO, else the config that Cohort
 // carries (ACES CG), whose plain sRGB view is then the default: colors as they are, no tone mapping.
-// display, view NULL = the config's default. What does not exist is named, with what does.
+// display, view NULL = the config's default. A display or view that does not exist is
+// COHORT_ERROR_ARGUMENT and named, with those that do; a config that cannot be used is COHORT_ERROR_COLOR.
 CohortView *cohort_view_create(const char *config, const char *rendering_space, const char *display,
                                const char *view, CohortError *err);
 void cohort_view_destroy(CohortView *view);
