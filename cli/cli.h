@@ -8,7 +8,7 @@
 // Exit codes, documented in --help.
 enum {
     EXIT_WRITTEN = 0,
-    EXIT_DIFFERENT = 1, // cohort diff
+    EXIT_DIFFERENT = 1, // cohort diff; cohort check: something was found
     EXIT_USAGE = 2,
     EXIT_LOAD = 3,
     EXIT_WRITE = 4,
@@ -22,6 +22,8 @@ typedef struct Command {
 
 int command_render(int argc, char **argv);
 int command_cat(int argc, char **argv);
+int command_tree(int argc, char **argv);
+int command_check(int argc, char **argv);
 int command_diff(int argc, char **argv);
 
 // Prints one line: "cohort: file:line:column: error: message".

@@ -10,6 +10,8 @@
 static const Command commands[] = {
     {"render", "render a USD stage to EXR and PNG", command_render},
     {"cat", "print a layer, or the composed stage, as USDA", command_cat},
+    {"tree", "print the prims of a stage and where they come from", command_tree},
+    {"check", "say what is broken in a stage, for people or CI", command_check},
     {"diff", "compare two EXR images", command_diff},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

@@ -30,6 +30,7 @@ typedef struct CoSource {
     const CoStack *stack;
     const CoMap *to_root; // paths of the node to paths of the stage
     double offset, scale; // times of the layer to times of the stage
+    CoArcKind arc;        // by which the node hangs at its parent
 } CoSource;
 
 // What a node keeps in the indices of descendants.

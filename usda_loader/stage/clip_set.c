@@ -240,7 +240,7 @@ static bool add_set(CohortStage *stage, const CohortPrim *prim, const char *name
     for (size_t i = 0; i < set->clip_count && !first; i++)
         first = set->clips[i].file;
     set->source = (CoSource){first ? first : set->anchor->file, set->anchor->stack,
-                             set->anchor->to_root, 0, 1};
+                             set->anchor->to_root, 0, 1, set->anchor->arc};
     return true;
 }
 

@@ -21,7 +21,7 @@ static const CoSource *link_sources(CoComposer *c, const CoNode *node)
     for (size_t i = 0; i < stack->layer_count; i++) {
         const CoStackLayer *layer = &stack->layers[i];
         sources[i] = (CoSource){layer->file, stack, map, map->scale * layer->offset + map->offset,
-                                map->scale * layer->scale};
+                                map->scale * layer->scale, node->link->kind};
     }
     node->link->sources = sources;
     return sources;

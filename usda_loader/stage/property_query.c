@@ -189,3 +189,30 @@ bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char
     *line = walk.spec->line;
     return true;
 }
+
+// ---- Opinions
+// -------------------------------------------------------------------------------------
+static bool is_known_above(const CohortPrim *prim, const CoSource *source)
+{
+    for (uint32_t i = 0; prim->parent && i < prim->parent->opinion_count; i++)
+        if (prim->parent->opinions[i].source == source)
+            return true;
+    return false;
+}
+
+size_t cohort_prim_opinion_count(const CohortPrim *prim)
+{
+    return prim->opinion_count;
+}
+
+bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out)
+{
+    static const char *const arcs[] = {"local",     "inherit", "variant",   "relocate",
+                                       "reference", "payload", "specialize"};
+    if (i >= prim->opinion_count)
+        return false;
+    const CoOpinion *opinion = &prim->opinions[i];
+    *out = (CohortOpinion){opinion->source->file->path, opinion->spec->line,
+                           arcs[opinion->source->arc], !is_known_above(prim, opinion->source)};
+    return true;
+}

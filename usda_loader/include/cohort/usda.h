@@ -237,6 +237,17 @@ size_t cohort_prim_connections(const CohortPrim *prim, const char *name, const c
 bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char **layer,
                         uint32_t *line);
 
+// One layer's opinion on a prim.
+typedef struct CohortOpinion {
+    const char *layer;
+    uint32_t line;
+    const char *arc;    // how it comes in: "local", "reference", "payload", "inherit", "variant", ...
+    bool is_introduced; // by this very prim, not by an arc of an ancestor
+} CohortOpinion;
+// All of them, strongest first; i < count.
+size_t cohort_prim_opinion_count(const CohortPrim *prim);
+bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out);
+
 // ---- Convenience over values (typed, with a fallback) ------------------------------------------
 double cohort_prim_double(const CohortPrim *prim, const char *name, double time, double fallback);
 bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);

@@ -1,0 +1,111 @@
+// cohort tree: the prims of a stage, and where the opinions on one come from.
+
+#include "cli.h"
+#include "messages.h"
+#include "options.h"
+
+#include "cohort/usda.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void print_variants(const CohortPrim *prim)
+{
+    for (size_t i = 0; i < cohort_prim_variant_set_count(prim); i++) {
+        const char *set = cohort_prim_variant_set(prim, i);
+        printf(" {%s=%s}", set, cohort_prim_variant_selection(prim, set));
+    }
+}
+
+// Arcs of this very prim, each kind and layer once.
+static void print_arcs(const CohortPrim *prim)
+{
+    CohortOpinion last = {.layer = "", .arc = ""}, opinion;
+    for (size_t i = 0; cohort_prim_opinion(prim, i, &opinion); i++) {
+        bool is_repeated = !strcmp(opinion.arc, last.arc) && !strcmp(opinion.layer, last.layer);
+        last = opinion;
+        if (is_repeated || !opinion.is_introduced || !strcmp(opinion.arc, "local") ||
+            !strcmp(opinion.arc, "variant"))
+            continue;
+        const char *name = strrchr(opinion.layer, '/');
+        printf(" <- %s %s", opinion.arc, name ? name + 1 : opinion.layer);
+    }
+}
+
+static void print_prim(const CohortPrim *prim, int depth)
+{
+    const char *type = cohort_prim_type(prim), *kind = cohort_prim_kind(prim);
+    printf("%*s%s%s%s", 2 * depth, "", cohort_prim_name(prim), *type ? " " : "", type);
+    if (kind && *kind)
+        printf(" [%s]", kind);
+    print_variants(prim);
+    if (cohort_prim_is_instance(prim))
+        printf(" (instance of %s)", cohort_prim_path(cohort_prim_prototype(prim)));
+    print_arcs(prim);
+    putchar('\n');
+    for (size_t i = 0; i < cohort_prim_child_count(prim); i++)
+        print_prim(cohort_prim_child(prim, i), depth + 1);
+}
+
+static int print_composition(const CohortStage *stage, const char *path)
+{
+    const CohortPrim *prim = cohort_stage_prim(stage, path);
+    if (!prim) {
+        fprintf(stderr, "cohort tree: error: the stage has no prim %s\n", path);
+        return EXIT_LOAD;
+    }
+    CohortOpinion opinion;
+    printf("%s %s, strongest first:\n", cohort_prim_path(prim), cohort_prim_type(prim));
+    for (size_t i = 0; cohort_prim_opinion(prim, i, &opinion); i++)
+        printf("  %-10s %s:%u%s\n", opinion.arc, opinion.layer, opinion.line,
+               opinion.is_introduced ? "" : " (by an ancestor)");
+    for (size_t i = 0; i < cohort_prim_property_count(prim); i++) {
+        const char *name = cohort_prim_property_name(prim, i), *layer;
+        uint32_t line;
+        if (cohort_prim_origin(prim, name, &layer, &line))
+            printf("  .%s: %s:%u\n", name, layer, line);
+    }
+    return EXIT_WRITTEN;
+}
+
+int command_tree(int argc, char **argv)
+{
+    const char *path = NULL;
+    bool wants_help = false, no_payloads = false;
+    const Option table[] = {
+        {"composition", 0, OPTION_TEXT, &path, 0, 0, "PRIM", NULL,
+         "show which layer and arc each opinion on a prim comes from"},
+        {"no-payloads", 0, OPTION_FLAG, &no_payloads, 0, 0, NULL, NULL, "leave payloads out"},
+        {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
+    };
+    enum {
+        COUNT = sizeof table / sizeof table[0]
+    };
+    int first, code = options_parse("tree", table, COUNT, argc, argv, &first);
+    if (code)
+        return code;
+    if (wants_help) {
+        printf("cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and "
+               "arcs.\n\n");
+        options_help(table, COUNT);
+        return EXIT_WRITTEN;
+    }
+    if (argc - first != 1)
+        return usage_error("tree", "expected one stage, got %d", argc - first);
+    CohortError err = {0};
+    Messages messages = {0};
+    CohortStageOptions options = {
+        .report = messages_report, .cookie = &messages, .no_payloads = no_payloads};
+    CohortStage *stage = cohort_stage_open(argv[first], &options, &err);
+    messages_end(&messages, stage ? NULL : &err);
+    if (!stage)
+        return EXIT_LOAD;
+    const CohortPrim *root = cohort_stage_root(stage);
+    code = EXIT_WRITTEN;
+    if (path)
+        code = print_composition(stage, path);
+    for (size_t i = 0; !path && i < cohort_prim_child_count(root); i++)
+        print_prim(cohort_prim_child(root, i), 0);
+    cohort_stage_destroy(stage);
+    return code;
+}

@@ -1,0 +1,124 @@
+// One reading of one stage by Cohort, measured: every array element is summed, every prim visited
+// and every transform resolved before the clock stops. bench_reader.py runs it against the
+// reference.
+//
+//   bench_reader STAGE
+//
+// prints one JSON object: cpu_seconds, wall_seconds, peak_bytes, prims, sum.
+
+#include "cohort/usda.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <sys/resource.h>
+#include <time.h>
+
+typedef struct Totals {
+    double sum;
+    uint64_t prims, elements;
+} Totals;
+
+static double sum_floats(const float *values, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += (double)values[i];
+    return sum;
+}
+
+static double sum_doubles(const double *values, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += values[i];
+    return sum;
+}
+
+static double sum_ints(const int32_t *values, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += values[i];
+    return sum;
+}
+
+// Of the types that the measured files hold.
+static double sum_value(const CohortValue *value)
+{
+    switch ((int)value->type) {
+    case COHORT_TYPE_INT:
+        return sum_ints(value->data, value->count);
+    case COHORT_TYPE_FLOAT:
+        return sum_floats(value->data, value->count);
+    case COHORT_TYPE_FLOAT2:
+    case COHORT_TYPE_TEXCOORD2F:
+        return sum_floats(value->data, 2 * value->count);
+    case COHORT_TYPE_FLOAT3:
+    case COHORT_TYPE_POINT3F:
+    case COHORT_TYPE_NORMAL3F:
+    case COHORT_TYPE_VECTOR3F:
+    case COHORT_TYPE_COLOR3F:
+        return sum_floats(value->data, 3 * value->count);
+    case COHORT_TYPE_DOUBLE:
+        return sum_doubles(value->data, value->count);
+    case COHORT_TYPE_DOUBLE3:
+        return sum_doubles(value->data, 3 * value->count);
+    default:
+        return 0;
+    }
+}
+
+static void visit(const CohortPrim *prim, Totals *totals)
+{
+    double matrix[4][4];
+    bool resets;
+    if (cohort_prim_local_transform(prim, 0, matrix, &resets))
+        totals->sum += matrix[3][0];
+    size_t count = cohort_prim_property_count(prim);
+    for (size_t i = 0; i < count; i++) {
+        const char *name = cohort_prim_property_name(prim, i);
+        CohortValue value;
+        if (!cohort_prim_value(prim, name, 0, &value))
+            continue;
+        totals->elements += value.count;
+        if (value.is_array)
+            totals->sum += sum_value(&value);
+    }
+    totals->prims++;
+    for (size_t i = 0; i < cohort_prim_child_count(prim); i++)
+        visit(cohort_prim_child(prim, i), totals);
+}
+
+static double seconds(clockid_t clock)
+{
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) {
+        fprintf(stderr, "usage: bench_reader STAGE\n");
+        return 2;
+    }
+    double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    CohortError err = {0};
+    CohortStage *stage = cohort_stage_open(argv[1], NULL, &err);
+    if (!stage) {
+        fprintf(stderr, "bench_reader: %s\n", err.message);
+        return 1;
+    }
+    Totals totals = {0};
+    visit(cohort_stage_root(stage), &totals);
+    cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+    wall = seconds(CLOCK_MONOTONIC) - wall;
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    printf("{\"cpu_seconds\": %.6f, \"wall_seconds\": %.6f, \"peak_bytes\": %ld, \"prims\": %llu, "
+           "\"elements\": %llu, \"sum\": %.17g}\n",
+           cpu, wall, usage.ru_maxrss * 1024, (unsigned long long)totals.prims,
+           (unsigned long long)totals.elements, totals.sum);
+    cohort_stage_destroy(stage);
+    return 0;
+}
