@@ -133,9 +133,10 @@ static void check_mesh(Check *check, const CohortPrim *prim)
 // -------------------------------------------------------------------------------------
 static bool is_not_rendered(const char *type)
 {
-    static const char *const types[] = {"NurbsCurves",   "NurbsPatch",  "TetMesh",
-                                        "HermiteCurves", "Volume",      "PortalLight",
-                                        "GeometryLight", "LightFilter", "PluginLight"};
+    static const char *const types[] = {
+        "BasisCurves", "HermiteCurves", "NurbsCurves",   "NurbsPatch",  "Points",
+        "TetMesh",     "Volume",        "ParticleField", "PointCloud",  "CylinderLight",
+        "PortalLight", "GeometryLight", "PluginLight",   "LightFilter", "PluginLightFilter"};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
         if (!strcmp(types[i], type))
             return true;
