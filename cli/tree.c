@@ -97,7 +97,7 @@ int command_tree(int argc, char **argv)
     CohortStageOptions options = {
         .report = messages_report, .cookie = &messages, .no_payloads = no_payloads};
     CohortStage *stage = cohort_stage_open(argv[first], &options, &err);
-    messages_end(&messages, stage ? NULL : &err);
+    messages_end(&messages, &err);
     if (!stage)
         return EXIT_LOAD;
     const CohortPrim *root = cohort_stage_root(stage);
