@@ -72,16 +72,17 @@ bool co_pull_camera(void *cookie, const char *path, CohortCameraSource *out, Coh
 
 // ---- Framing -----------------------------------------------------------------------------------
 
-// How far before the box the camera stands: until the box's bounding rectangle fits the horizontal
-// field of view, as usdrecord has it.
+// How far before the box the camera stands: until a circle about the box's front fits the horizontal
+// field of view, as usdrecord has it, and the front's height the vertical one, which usdrecord cuts.
 static double frame_distance(const CohortAdapter *a, int depth_axis, int up_axis)
 {
     const double *box = a->frame_box;
     CohortCameraSource lens = cohort_camera_source_default();
     double width = 0.5 * (box[3] - box[0]), height = 0.5 * (box[3 + up_axis] - box[up_axis]);
     double depth = 0.5 * (box[3 + depth_axis] - box[depth_axis]);
-    double tangent = 0.5 * lens.horizontal_aperture / lens.focal_length;
-    double distance = sqrt(width * width + height * height) / tangent + depth;
+    double across = 2.0 * lens.focal_length / lens.horizontal_aperture;
+    double upright = 2.0 * lens.focal_length / lens.vertical_aperture;
+    double distance = fmax(sqrt(width * width + height * height) * across, height * upright) + depth;
     return distance > 0.0 ? distance : 1.0;
 }
 

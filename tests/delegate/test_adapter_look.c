@@ -332,8 +332,7 @@ static void test_framing_env_and_headlight(void **state)
     assert_true(settings.camera_frames);
     assert_int_equal(settings.height, 73); // of the default aperture
     stage_fixture_render(&f, 100, 73);
-    double tangent = 20.955 / 100.0;
-    assert_true(fabs(fake.camera.transform[3][2] - (sqrt(5.0) / tangent + 3.0)) < 1e-9);
+    assert_true(fabs(fake.camera.transform[3][2] - (2.0 * 100.0 / 15.2908 + 3.0)) < 1e-5);
     assert_int_equal(fake.light_count, 2);
     assert_int_equal(fake.lights[0].type, COHORT_LIGHT_DOME);
     assert_int_equal(fake.lights[1].type, COHORT_LIGHT_DISTANT);
@@ -377,13 +376,28 @@ static void test_missing_files_are_in_the_report(void **state)
     assert_true(calls > 0);
 }
 
+static void test_unknown_variants_are_in_the_report(void **state)
+{
+    (void)state;
+    const CohortVariantChoice choices[] = {
+        {"/V", "set", "one"}, {"/V", "set", "three"}, {"/V", "sets", "one"}, {"/W", "set", "one"}};
+    CohortAdapterOptions options = {.stage = {.variants = choices, .variant_count = 4}};
+    open_with("def \"V\" (variants = {\n string set = \"two\"\n}\n"
+              "prepend variantSets = \"set\") {\n variantSet \"set\" = {\n"
+              "\"one\" {\n}\n \"two\" {\n}\n}\n}\n",
+              &options);
+    assert_false(has_entry("/V", "set", "one"));
+    assert_true(has_entry("/V", "set", "three"));
+    assert_true(has_entry("/V", "sets", "one"));
+    assert_true(has_entry("/W", "set", "one"));
+}
+
 static void test_z_up_framing(void **state)
 {
     (void)state;
     open_with("(\n upAxis = \"Z\"\n)\n" TRIANGLE("M", ""), NULL);
     stage_fixture_render(&f, 10, 10);
-    double tangent = 20.955 / 100.0;
-    assert_true(fabs(fake.camera.transform[3][1] + (sqrt(1.0 + 9.0) / tangent + 2.0)) < 1e-9);
+    assert_true(fabs(fake.camera.transform[3][1] + (3.0 * 100.0 / 15.2908 + 2.0)) < 1e-5);
     assert_true(fake.camera.transform[1][2] == 1.0);  // up is +Z
     assert_true(fake.camera.transform[2][1] == -1.0); // it looks along +Y
 }
@@ -414,6 +428,7 @@ int main(void)
         cmocka_unit_test_teardown(test_unknown_camera_is_an_error, teardown),
         cmocka_unit_test_teardown(test_framing_env_and_headlight, teardown),
         cmocka_unit_test_teardown(test_missing_files_are_in_the_report, teardown),
+        cmocka_unit_test_teardown(test_unknown_variants_are_in_the_report, teardown),
         cmocka_unit_test_teardown(test_z_up_framing, teardown),
         cmocka_unit_test_teardown(test_missing_stage, teardown),
     };
