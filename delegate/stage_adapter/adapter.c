@@ -130,28 +130,6 @@ static void report_composition(void *cookie, CohortSeverity severity, const char
                                place, text);
 }
 
-static bool has_variant(const CohortPrim *prim, const char *set, const char *selection)
-{
-    size_t count = cohort_prim_variant_count(prim, set);
-    for (size_t i = 0; i < count; i++)
-        if (strcmp(cohort_prim_variant(prim, set, i), selection) == 0)
-            return true;
-    return false;
-}
-
-static void report_unknown_variants(const CohortAdapter *a)
-{
-    for (size_t i = 0; i < a->options.stage.variant_count; i++) {
-        const CohortVariantChoice *choice = &a->options.stage.variants[i];
-        const CohortPrim *prim = cohort_stage_prim(a->stage, choice->prim);
-        if (prim && (!choice->selection[0] || has_variant(prim, choice->set, choice->selection)))
-            continue;
-        cohort_delegate_report_add(a->delegate, COHORT_SEVERITY_WARNING, choice->prim, choice->set,
-                                   choice->selection,
-                                   prim ? "no such variant to select" : "no such prim");
-    }
-}
-
 static CohortStage *open_stage(CohortAdapter *a, const char *path, CohortError *err)
 {
     CohortStageOptions options = a->options.stage;
@@ -194,7 +172,6 @@ CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
         cohort_adapter_destroy(a);
         return NULL;
     }
-    report_unknown_variants(a);
     cohort_stage_info(a->stage, &a->info);
     a->time = choose_time(a);
     return a;

@@ -9,7 +9,8 @@
 #include <strings.h>
 #include <unistd.h>
 
-// True when a PNG says itself that it is sRGB. OpenImageIO calls every PNG so.
+// True when a PNG says itself that it is sRGB, by a chunk of that name or an ICC profile with a name
+// that begins so. OpenImageIO calls every PNG so.
 static bool png_is_srgb(const char *path)
 {
     CoMappedFile file;
@@ -20,7 +21,7 @@ static bool png_is_srgb(const char *path)
     for (size_t at = 8; !found && at + 12 <= file.size;) {
         uint32_t length = (uint32_t)data[at] << 24 | (uint32_t)data[at + 1] << 16 |
                           (uint32_t)data[at + 2] << 8 | data[at + 3];
-        found = memcmp(data + at + 4, "sRGB", 4) == 0;
+        found = memcmp(data + at + 4, "sRGB", 4) == 0 || memcmp(data + at + 4, "iCCPsRGB", 8) == 0;
         if (memcmp(data + at + 4, "IDAT", 4) == 0)
             break;
         at += 12 + (size_t)length;

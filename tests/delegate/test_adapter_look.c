@@ -376,22 +376,6 @@ static void test_missing_files_are_in_the_report(void **state)
     assert_true(calls > 0);
 }
 
-static void test_unknown_variants_are_in_the_report(void **state)
-{
-    (void)state;
-    const CohortVariantChoice choices[] = {
-        {"/V", "set", "one"}, {"/V", "set", "three"}, {"/V", "sets", "one"}, {"/W", "set", "one"}};
-    CohortAdapterOptions options = {.stage = {.variants = choices, .variant_count = 4}};
-    open_with("def \"V\" (variants = {\n string set = \"two\"\n}\n"
-              "prepend variantSets = \"set\") {\n variantSet \"set\" = {\n"
-              "\"one\" {\n}\n \"two\" {\n}\n}\n}\n",
-              &options);
-    assert_false(has_entry("/V", "set", "one"));
-    assert_true(has_entry("/V", "set", "three"));
-    assert_true(has_entry("/V", "sets", "one"));
-    assert_true(has_entry("/W", "set", "one"));
-}
-
 static void test_z_up_framing(void **state)
 {
     (void)state;
@@ -428,7 +412,6 @@ int main(void)
         cmocka_unit_test_teardown(test_unknown_camera_is_an_error, teardown),
         cmocka_unit_test_teardown(test_framing_env_and_headlight, teardown),
         cmocka_unit_test_teardown(test_missing_files_are_in_the_report, teardown),
-        cmocka_unit_test_teardown(test_unknown_variants_are_in_the_report, teardown),
         cmocka_unit_test_teardown(test_z_up_framing, teardown),
         cmocka_unit_test_teardown(test_missing_stage, teardown),
     };

@@ -7,9 +7,11 @@
 #include "base/parallel.h"
 #include "shims/oiio.h"
 #include "texture/converted.h"
+#include "texture/image_convert.h"
 
 #include <math.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static Warnings warnings;
 
@@ -418,9 +420,38 @@ static void every_allocation_may_fail(void **state)
     co_worker_count_set(0);
 }
 
+// A 16-bit PNG is data to the rule of UsdPreviewSurface, unless it says what it is.
+static bool png_is_raw(const char *chunk)
+{
+    static const char *const path = "cohort_test_chunks.png";
+    unsigned char head[33] = {137, 'P', 'N', 'G', 13, 10, 26, 10, 0, 0, 0, 13, 'I', 'H', 'D', 'R'};
+    unsigned char next[24] = {0, 0, 0, 12};
+    memcpy(next + 4, chunk, strlen(chunk));
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(head, 1, sizeof head, file), sizeof head);
+    assert_int_equal(fwrite(next, 1, sizeof next, file), sizeof next);
+    fclose(file);
+    CohortTextureDesc desc = {.color_space = COHORT_COLOR_AUTO};
+    CoOiioInfo info = {.channels = 3, .format = "png", .color_space = "sRGB"};
+    bool is_raw = co_image_color(NULL, &desc, path, &info).is_raw;
+    unlink(path);
+    return is_raw;
+}
+
+static void test_deep_pngs_say_what_they_are(void **state)
+{
+    (void)state;
+    assert_false(png_is_raw("sRGB"));
+    assert_false(png_is_raw("iCCPsRGB IEC"));
+    assert_true(png_is_raw("iCCPGreyscal"));
+    assert_true(png_is_raw("iTXtsRGB"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_deep_pngs_say_what_they_are),
         cmocka_unit_test(the_origin_is_lower_left),
         cmocka_unit_test(channels_follow_the_rule),
         cmocka_unit_test(wraps_repeat_mirror_clamp_and_end),
