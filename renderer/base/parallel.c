@@ -2,11 +2,15 @@
 
 #include <omp.h>
 
-static int thread_count; // 0: not chosen yet
+// Each thread that starts parallel work has its own count, so that two renders of one process do not
+// disturb each other. 0: not chosen yet.
+static _Thread_local int thread_count;
 
 void co_worker_count_set(uint32_t count)
 {
-    thread_count = count ? (int)count : omp_get_num_procs();
+    // Far more threads than processors only cost memory, and starting them may fail without a word.
+    int procs = omp_get_num_procs(), most = procs > 16 ? 4 * procs : 64;
+    thread_count = count == 0 ? procs : count > (uint32_t)most ? most : (int)count;
 }
 
 uint32_t co_worker_count(void)

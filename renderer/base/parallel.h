@@ -14,7 +14,8 @@ typedef void CoParallelFn(void *context, size_t begin, size_t end, uint32_t work
 // returns when all are done. What fn writes must not depend on which worker or when.
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context);
 
-// Sets how many threads later calls use; 0 = as many as the machine has. Not while one runs.
+// Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most 64 or
+// four per processor.
 void co_worker_count_set(uint32_t count);
 uint32_t co_worker_count(void);
 

@@ -23,6 +23,8 @@ static bool check_settings(const CohortRenderSettings *s, CohortError *err)
 {
     CO_CHECK(s->width <= 65536 && s->height <= 65536, err, COHORT_ERROR_ARGUMENT,
              "%u x %u pixels: at most 65536 a side", s->width, s->height);
+    CO_CHECK((uint64_t)s->width * s->height < UINT32_MAX, err, COHORT_ERROR_ARGUMENT,
+             "%u x %u is more pixels than fit one image: at most 2^32 - 2", s->width, s->height);
     CO_CHECK(s->spp <= 1u << 31, err, COHORT_ERROR_ARGUMENT, "%u samples: at most 2^31", s->spp);
     CO_CHECK(s->max_depth <= 1023, err, COHORT_ERROR_ARGUMENT, "path length %u: at most 1023",
              s->max_depth);
@@ -235,11 +237,13 @@ double cohort_render_progress(const CohortRender *r)
 
 static bool process_batch(CohortRender *r, CohortError *err)
 {
-    bool ok = co_stage_trace(r, err) && co_stage_ends(r, err) && co_stage_request(r, err);
+    // A cancelled traversal leaves hits unset: nothing may read them.
+    bool ok = co_stage_trace(r, err) && !co_render_is_cancelled(r) && co_stage_ends(r, err) &&
+              co_stage_request(r, err);
     if (ok)
         co_stage_shade(r);
     co_ray_bins_recycle(r->bins, &r->batch.records);
-    return ok;
+    return ok || CO_FAIL(err, COHORT_ERROR_CANCELLED, "the render was stopped");
 }
 
 static void make_camera_rays(CohortRender *r, uint64_t paths)
@@ -323,7 +327,6 @@ bool cohort_render_round(CohortRender *r, CohortError *err)
         return true;
     double start = co_clock_seconds();
     co_worker_count_set(r->worker_count);
-    __atomic_store_n(&r->cancel, 0, __ATOMIC_RELAXED);
     uint32_t previous = r->round_samples;
     uint64_t committed = committed_rays(r);
     r->round_samples = next_round(r);
@@ -337,6 +340,7 @@ bool cohort_render_round(CohortRender *r, CohortError *err)
         co_ray_bins_reset(r->bins);
         memset(r->workers, 0, r->worker_count * sizeof *r->workers);
         r->round_samples = previous;
+        __atomic_store_n(&r->cancel, 0, __ATOMIC_RELAXED);
         return false;
     }
     r->last_round_seconds = seconds;

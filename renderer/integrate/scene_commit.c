@@ -282,15 +282,15 @@ bool co_scene_commit_camera(CohortScene *scene, CohortError *err)
 {
     const CohortCameraDesc *desc = &scene->camera_desc;
     CoCamera *out = &scene->camera;
-    double axes[3][3];
+    double axes[3][3], scale[3];
     for (int i = 0; i < 3; i++) {
-        double length = 0.0;
+        scale[i] = 0.0;
         for (int k = 0; k < 3; k++)
-            length += desc->transform[i][k] * desc->transform[i][k];
-        length = sqrt(length);
-        CO_CHECK(length > 0.0, err, COHORT_ERROR_SCENE, "the camera's transform is singular");
+            scale[i] += desc->transform[i][k] * desc->transform[i][k];
+        scale[i] = sqrt(scale[i]);
+        CO_CHECK(scale[i] > 0.0, err, COHORT_ERROR_SCENE, "the camera's transform is singular");
         for (int k = 0; k < 3; k++)
-            axes[i][k] = desc->transform[i][k] / length;
+            axes[i][k] = desc->transform[i][k] / scale[i];
     }
     out->right = co_vec3((float)axes[0][0], (float)axes[0][1], (float)axes[0][2]);
     out->up = co_vec3((float)axes[1][0], (float)axes[1][1], (float)axes[1][2]);
@@ -298,12 +298,15 @@ bool co_scene_commit_camera(CohortScene *scene, CohortError *err)
     out->origin = co_vec3((float)(desc->transform[3][0] - scene->frame[0]),
                           (float)(desc->transform[3][1] - scene->frame[1]),
                           (float)(desc->transform[3][2] - scene->frame[2]));
-    memcpy(out->window, desc->window, sizeof out->window);
+    // A scaled camera sees what it would see unscaled in a scene scaled the other way.
+    for (int i = 0; i < 4; i++)
+        out->window[i] = desc->window[i] * scale[i / 2] / (desc->orthographic ? 1.0 : scale[2]);
     out->is_orthographic = desc->orthographic;
-    out->clip_near = (float)fmax(desc->clip_near, 0.0);
-    out->clip_far = desc->clip_far > desc->clip_near ? (float)desc->clip_far : INFINITY;
-    out->lens_radius = (float)desc->lens_radius;
-    out->focus_distance = (float)desc->focus_distance;
+    out->clip_near = (float)(fmax(desc->clip_near, 0.0) * scale[2]);
+    out->clip_far =
+        desc->clip_far > desc->clip_near ? (float)(desc->clip_far * scale[2]) : INFINITY;
+    out->lens_radius = (float)(desc->lens_radius * scale[0]);
+    out->focus_distance = (float)(desc->focus_distance * scale[2]);
     if (scene->camera_dirty)
         scene->counts.camera_builds++;
     scene->camera_dirty = false;

@@ -62,13 +62,13 @@ static bool is_black(CoVec3 c)
 }
 
 // Goes on behind a surface that let the ray pass: same origin, pdf and depth, t_min past the hit.
-static void pass_through(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit, float scale,
+static void pass_through(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit, CoVec3 weight,
                          CoSampleKey key)
 {
     CoRay on = *ray;
     on.tnear = hit->t;
     on.flags |= CO_RAY_PASSED;
-    on.weight = co_scale(ray->weight, scale);
+    on.weight = weight;
     CoRayKey rounding = ray_key(key);
     rounding.seed ^= co_hash32(hit->tri ^ co_hash32(hit->instance));
     co_emit(&c->emitter, &on, rounding);
@@ -77,39 +77,45 @@ static void pass_through(ShadeContext *c, const CoRay *ray, const CoHitRecord *h
 static void shade_light_ray(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit,
                             const CoVertex *vertex)
 {
-    float through = co_vertex_transmittance(vertex);
-    if (through > 0.0f) {
-        c->counts->hit++;
-        pass_through(c, ray, hit, through, co_path_key(c->render, ray->path));
-    } else {
-        c->counts->blocked++;
+    CoVec3 through = co_vec3_splat(0.0f), emissive;
+    CoBsdf bsdf;
+    if (vertex->material && vertex->material->may_pass) {
+        co_vertex_bsdf(c->render->scene, vertex, &bsdf, &emissive);
+        through = co_vertex_transmittance(vertex, &bsdf);
     }
+    if (is_black(through)) {
+        c->counts->blocked++;
+        return;
+    }
+    c->counts->hit++;
+    pass_through(c, ray, hit, co_mul(ray->weight, through), co_path_key(c->render, ray->path));
 }
 
-// Decides whether the ray goes straight on. The surface's share is kept right on average: a ray that
-// stays carries 1 / (1 - p), and the lobe that went through is taken out of the BSDF.
+// Decides whether the ray goes straight on, with the probability p of the share that does: so a camera
+// ray that stays counts as coverage. Where something is reflected too, p stays below 1; what stays
+// carries 1 / (1 - p), the lobe that went through is taken out of the BSDF. A cut-out is all or nothing.
 static bool passes(ShadeContext *c, const CoHitRecord *hit, Scatter *s)
 {
-    float through = co_vertex_transmittance(s->vertex);
-    if (through <= 0.0f)
+    CoVec3 through = co_vertex_transmittance(s->vertex, &s->bsdf);
+    if (is_black(through))
         return false;
-    bool is_partial = s->vertex->material->opacity_threshold <= 0.0f &&
-                      !s->vertex->material->opacity_presence;
-    float p = is_partial ? s->bsdf.p_through : through;
+    const CoMaterial *material = s->vertex->material;
+    bool is_cutout = material->opacity_threshold > 0.0f || material->opacity_presence;
+    float reflecting = s->bsdf.p_diffuse + s->bsdf.p_specular + s->bsdf.p_coat;
+    float most = !is_cutout && reflecting > 0.0f ? 0.98f : 1.0f;
+    float p = fminf(co_max3(through), most);
     uint32_t primitive = co_hash32(hit->tri ^ co_hash32(hit->instance));
     if (co_sample_hash(s->key, primitive, (s->ray->depth << 8) | s->ray->branch) < p) {
-        CoRay on = *s->ray;
-        on.weight = s->weight;
-        pass_through(c, &on, hit, through / p, s->key);
+        pass_through(c, s->ray, hit, co_scale(co_mul(s->weight, through), 1.0f / p), s->key);
         return true;
     }
-    if (is_partial && p > 0.0f)
-        s->weight = co_scale(s->weight, 1.0f / (1.0f - p));
-    float rest = 1.0f - s->bsdf.p_through;
-    if (rest > 0.0f) {
-        s->bsdf.p_diffuse /= rest;
-        s->bsdf.p_specular /= rest;
-        s->bsdf.p_coat /= rest;
+    if (is_cutout)
+        return false;
+    s->weight = co_scale(s->weight, 1.0f / (1.0f - p));
+    if (reflecting > 0.0f) {
+        s->bsdf.p_diffuse /= reflecting;
+        s->bsdf.p_specular /= reflecting;
+        s->bsdf.p_coat /= reflecting;
     }
     s->bsdf.p_through = 0.0f;
     return false;

@@ -150,13 +150,15 @@ void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *ou
         co_bsdf_preview(&surface, ns, vertex->ng, vertex->wo, out);
 }
 
-float co_vertex_transmittance(const CoVertex *vertex)
+CoVec3 co_vertex_transmittance(const CoVertex *vertex, const CoBsdf *bsdf)
 {
-    if (!vertex->material || !vertex->material->may_pass)
-        return 0.0f;
-    float opacity = co_material_opacity(vertex->material, &vertex->hit);
-    float threshold = vertex->material->opacity_threshold;
-    if (threshold > 0.0f)
-        return opacity < threshold ? 1.0f : 0.0f;
-    return opacity >= 1.0f ? 0.0f : opacity > 0.0f ? 1.0f - opacity : 1.0f;
+    const CoMaterial *material = vertex->material;
+    if (!material || !material->may_pass)
+        return co_vec3_splat(0.0f);
+    if (material->opacity_threshold <= 0.0f && !material->opacity_presence)
+        return co_bsdf_transmittance(bsdf, vertex->wo);
+    float opacity = co_material_opacity(material, &vertex->hit);
+    if (material->opacity_threshold > 0.0f)
+        return co_vec3_splat(opacity < material->opacity_threshold ? 1.0f : 0.0f);
+    return co_vec3_splat(1.0f - co_clamp(opacity, 0.0f, 1.0f));
 }

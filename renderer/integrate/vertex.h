@@ -39,8 +39,8 @@ CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng);
 void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out,
                     CoVec3 *emissive);
 
-// What the surface lets straight through, 0 to 1, all lobes aside.
-float co_vertex_transmittance(const CoVertex *vertex);
+// What the surface lets straight through, 0 to 1 per channel, given its BSDF.
+CoVec3 co_vertex_transmittance(const CoVertex *vertex, const CoBsdf *bsdf);
 
 // primId of the placement: the innermost that is not -1.
 int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placement);

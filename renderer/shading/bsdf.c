@@ -75,6 +75,15 @@ void co_bsdf_set_frame(CoBsdf *bsdf, CoVec3 ns, CoVec3 ng, CoVec3 wo)
     co_basis(ns, &bsdf->s, &bsdf->t);
 }
 
+CoVec3 co_bsdf_transmittance(const CoBsdf *bsdf, CoVec3 wo)
+{
+    float weight = schlick(co_dot(bsdf->n, wo));
+    CoVec3 f = fresnel(bsdf, weight), r = bsdf->reflected;
+    CoVec3 kept =
+        co_vec3(1.0f - co_max(f.x, r.x), 1.0f - co_max(f.y, r.y), 1.0f - co_max(f.z, r.z));
+    return co_scale(kept, (1.0f - bsdf->opacity) * (1.0f - coat_fresnel(bsdf, weight)));
+}
+
 void co_bsdf_set_selection(CoBsdf *bsdf, CoVec3 wo)
 {
     float cosine = co_dot(bsdf->n, wo), weight = schlick(cosine);
@@ -184,9 +193,8 @@ bool co_bsdf_sample(const CoBsdf *bsdf, CoVec3 wo, float uc, float u0, float u1,
     }
     if (!(bsdf->p_through > 0.0f))
         return false;
-    CoVec3 rest = co_sub(co_vec3_splat(1.0f), fresnel(bsdf, weight));
     out->wi = co_neg(wo);
-    out->weight = co_scale(rest, (1.0f - bsdf->opacity) / bsdf->p_through);
+    out->weight = co_scale(co_bsdf_transmittance(bsdf, wo), 1.0f / bsdf->p_through);
     out->is_delta = out->is_through = true;
     return true;
 }

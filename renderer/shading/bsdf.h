@@ -66,6 +66,10 @@ typedef struct CoBsdfSample {
 // Draws a direction: uc picks the lobe, (u0, u1) the direction. False: absorbed.
 bool co_bsdf_sample(const CoBsdf *bsdf, CoVec3 wo, float uc, float u0, float u1, CoBsdfSample *out);
 
+// What goes straight through (opacityMode transparent): what the lobes above do not reflect of
+// 1 - opacity, per channel.
+CoVec3 co_bsdf_transmittance(const CoBsdf *bsdf, CoVec3 wo);
+
 // Hemispherical reflectance estimate of the surface for the albedo AOV.
 CoVec3 co_bsdf_albedo(const CoBsdf *bsdf, CoVec3 wo);
 

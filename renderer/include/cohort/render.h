@@ -109,7 +109,8 @@ bool cohort_render_round(CohortRender *render, CohortError *err);
 // True when the target (samples, time or noise) is reached.
 bool cohort_render_is_done(const CohortRender *render);
 
-// Makes the round that runs return soon with COHORT_ERROR_CANCELLED. Any thread, any time.
+// Makes the round that runs, or else the next one, return soon with COHORT_ERROR_CANCELLED, once. Any
+// thread, any time.
 void cohort_render_cancel(CohortRender *render);
 
 // Fraction of the target reached, 0 to 1, rising within a round too. Any thread.
