@@ -65,9 +65,11 @@ static inline uint32_t co_ray_words(uint32_t options)
 
 // Encodes a ray. Returns the number of records written to `words` (co_ray_words(options) long):
 // 1, or 0 when the roulette of the weight's rounding left nothing: E[decoded weight] = weight.
-// Weights above RGB9e5's own 65408 use more exponent bits and are counted in *overflow. A ray that
-// can't be traced (NaN, infinite or negative parts, no direction, a weight above 2.8e14, or 3.4e38
-// for light rays) is written with a NaN origin, so that traversal rejects and counts it.
+// The largest channel keeps nine bits: in light rays whatever its size, so that they end by
+// roulette only when black; in camera and BSDF rays from 2^-16 on. Weights above RGB9e5's own 65408
+// use more exponent bits and are counted in *overflow. A ray that can't be traced (NaN, infinite or
+// negative parts, no direction, a weight above 2.8e14, or 3.4e38 for light rays) is written with a
+// NaN origin, so that traversal rejects and counts it.
 // A direction, pdf or normal that has been through co_ray_quantize_* is stored exactly.
 // normal and pdf are kept for camera and BSDF rays, emitter (24 bits) for light rays.
 uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_t *words,

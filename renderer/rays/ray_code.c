@@ -3,7 +3,7 @@
 //   word 0-2  origin, float32
 //   word 3    direction x, 26 bits; low 6 bits of the depth
 //   word 4    direction y, 26 bits; high 4 bits of the depth; kind, 2 bits
-//   word 5    weight, RGB9e5
+//   word 5    weight, RGB9e5; light rays: with an exponent from a lower origin
 //   word 6    camera and BSDF rays: pdf, 16 bits; normal 2 x 8. Light rays: emitter, 24 bits;
 //             upper bits of the weight's exponent, 8 bits
 //   word 7    path
@@ -23,9 +23,11 @@
 #define EMITTER_MAX 0xffffffu
 
 #define MANTISSA_MAX 511.0
-#define EXPONENT_BIAS 24       // value = mantissa * 2^(exponent - 24): the range of RGB9e5
-#define EXPONENT_MAX_FLAG 39   // with the one more bit of camera and BSDF rays
-#define EXPONENT_MAX_LIGHT 119 // the highest whose 511 is still a float
+#define EXPONENT_BIAS 24        // value = mantissa * 2^(exponent - 24): the range of RGB9e5
+#define EXPONENT_MAX_RGB9E5 7   // 511 * 2^7 = 65408
+#define EXPONENT_MAX_FLAG 39    // with the one more bit of camera and BSDF rays
+#define EXPONENT_MAX_LIGHT 119  // the highest whose 511 is still a float
+#define EXPONENT_BIAS_LIGHT 149 // mantissa 1 at exponent 0 is the least float
 #define EXPONENT_FLAG 128u
 
 #define PDF_NONE 0u
@@ -247,10 +249,24 @@ static float step_decode(uint32_t code)
 
 // --- weight: RGB9e5, rounded stochastically -----------------------------------------------------
 
+// A throughput below 2^-24 is a path not worth following: there the rounding to 0 or 1 is the
+// roulette. The weight of a light ray says nothing of the kind: it is divided by the pdf of its
+// direction, which a small light makes huge, and the light's radiance, as huge, comes at the ray's
+// end. So light rays keep nine bits of every float.
 typedef struct Weight {
     uint32_t mantissa[3];
-    uint32_t exponent;
+    int exponent; // value = mantissa * 2^exponent
 } Weight;
+
+static int exponent_bias(uint32_t kind)
+{
+    return kind == CO_RAY_LIGHT ? EXPONENT_BIAS_LIGHT : EXPONENT_BIAS;
+}
+
+static int exponent_max(uint32_t kind)
+{
+    return kind == CO_RAY_LIGHT ? EXPONENT_MAX_LIGHT : EXPONENT_MAX_FLAG;
+}
 
 // Independent of order: a function of the path, the vertex, the branch and which ray of them it is.
 static uint64_t weight_seed(const CoRay *ray, CoRayKey key, Oct code)
@@ -262,16 +278,16 @@ static uint64_t weight_seed(const CoRay *ray, CoRayKey key, Oct code)
 }
 
 // The exponent is the least with max(weight) <= 511 * 2^exponent, so that rounding up never gives
-// 512. Below 2^-24 the rounding to 0 or 1 is the roulette.
-static void weight_encode(CoVec3 w, uint64_t seed, Weight *out)
+// 512, but not below `exponent_min`.
+static void weight_encode(CoVec3 w, int exponent_min, uint64_t seed, Weight *out)
 {
     double channels[3] = {(double)w.x, (double)w.y, (double)w.z};
     double max = (double)co_max3(w);
     uint64_t bits;
     memcpy(&bits, &max, sizeof bits);
     int exponent = (int)(bits >> 52) - 1023 - 8;
-    if (exponent < -EXPONENT_BIAS)
-        exponent = -EXPONENT_BIAS;
+    if (exponent < exponent_min)
+        exponent = exponent_min;
     if (max * power_of_two(-exponent) > MANTISSA_MAX)
         exponent++;
     double scale = power_of_two(-exponent);
@@ -279,12 +295,12 @@ static void weight_encode(CoVec3 w, uint64_t seed, Weight *out)
         double u = (double)(co_hash64(seed + (uint64_t)i) >> 11) * 0x1p-53;
         out->mantissa[i] = (uint32_t)(channels[i] * scale + u);
     }
-    out->exponent = (uint32_t)(exponent + EXPONENT_BIAS);
+    out->exponent = exponent;
 }
 
-static CoVec3 weight_decode(uint32_t word, uint32_t high_bits)
+static CoVec3 weight_decode(uint32_t word, uint32_t high_bits, uint32_t kind)
 {
-    int exponent = (int)(word >> 27 | high_bits << 5) - EXPONENT_BIAS;
+    int exponent = (int)(word >> 27 | high_bits << 5) - exponent_bias(kind);
     double scale = power_of_two(exponent > EXPONENT_MAX_LIGHT ? EXPONENT_MAX_LIGHT : exponent);
     return co_vec3((float)((word & 511u) * scale), (float)((word >> 9 & 511u) * scale),
                    (float)((word >> 18 & 511u) * scale));
@@ -299,15 +315,15 @@ static bool is_valid(const CoRay *ray, bool has_direction)
         return false;
     if (!(w.x >= 0.0f && w.y >= 0.0f && w.z >= 0.0f))
         return false;
-    int exponent_max = ray->kind == CO_RAY_LIGHT ? EXPONENT_MAX_LIGHT : EXPONENT_MAX_FLAG;
-    return (double)co_max3(w) <= MANTISSA_MAX * power_of_two(exponent_max);
+    return (double)co_max3(w) <= MANTISSA_MAX * power_of_two(exponent_max(ray->kind));
 }
 
 static void encode_words(const CoRay *ray, uint32_t options, Oct code, const Weight *weight,
                          uint32_t *words)
 {
     uint32_t depth = ray->depth > DEPTH_MAX ? DEPTH_MAX : ray->depth;
-    uint32_t high = weight->exponent >> 5, flags = ray->flags & (EXPONENT_FLAG - 1);
+    uint32_t exponent = (uint32_t)(weight->exponent + exponent_bias(ray->kind));
+    uint32_t high = exponent >> 5, flags = ray->flags & (EXPONENT_FLAG - 1);
     uint32_t ends = ray->kind == CO_RAY_LIGHT
                         ? (ray->emitter & EMITTER_MAX) | high << 24
                         : pdf_encode(ray->pdf) | normal_encode(ray->normal) << 16;
@@ -319,7 +335,7 @@ static void encode_words(const CoRay *ray, uint32_t options, Oct code, const Wei
     words[3] = (uint32_t)(code.x + DIRECTION_MAX) | (depth & 63u) << 26;
     words[4] = (uint32_t)(code.y + DIRECTION_MAX) | (depth >> 6) << 26 | (ray->kind & 3u) << 30;
     words[5] = weight->mantissa[0] | weight->mantissa[1] << 9 | weight->mantissa[2] << 18 |
-               weight->exponent << 27;
+               exponent << 27;
     words[6] = ends;
     words[7] = ray->path;
     words[8] = (ray->branch & 255u) | step_encode(ray->width) << 8 |
@@ -335,17 +351,17 @@ uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_
                        uint32_t *overflow)
 {
     Oct code;
-    Weight weight = {{1, 1, 1}, EXPONENT_BIAS};
+    Weight weight = {{1, 1, 1}, 0};
     bool has_direction = find_code(ray, &code);
     if (!is_valid(ray, has_direction)) {
         encode_words(ray, options, code, &weight, words);
         words[0] = words[1] = words[2] = float_bits(NAN);
         return 1;
     }
-    weight_encode(ray->weight, weight_seed(ray, key, code), &weight);
+    weight_encode(ray->weight, -exponent_bias(ray->kind), weight_seed(ray, key, code), &weight);
     if ((weight.mantissa[0] | weight.mantissa[1] | weight.mantissa[2]) == 0)
         return 0;
-    if (weight.exponent > 31)
+    if (weight.exponent > EXPONENT_MAX_RGB9E5)
         ++*overflow;
     encode_words(ray, options, code, &weight, words);
     return 1;
@@ -362,10 +378,10 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
     out->depth = (words[3] >> 26) | (words[4] >> 26 & 15u) << 6;
     out->flags = words[8] >> 24;
     if (out->kind == CO_RAY_LIGHT) {
-        out->weight = weight_decode(words[5], words[6] >> 24);
+        out->weight = weight_decode(words[5], words[6] >> 24, out->kind);
         out->emitter = co_ray_emitter(words);
     } else {
-        out->weight = weight_decode(words[5], out->flags >> 7);
+        out->weight = weight_decode(words[5], out->flags >> 7, out->kind);
         out->pdf = pdf_decode(words[6] & 0xffffu);
         out->flags &= EXPONENT_FLAG - 1;
     }

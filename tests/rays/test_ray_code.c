@@ -205,6 +205,53 @@ static void weights_are_right_in_the_mean(void **state)
         }
 }
 
+// What a light ray of weight (1.37, 0.71, 0.02) * scale becomes, over many paths: the mean, every
+// single one to within a step of the mantissa, and none lost.
+static void check_light_weight(double scale)
+{
+    const double steps = 1.0 / 256.0; // of the largest channel, at most
+    CoRay ray = simple_ray();
+    ray.kind = CO_RAY_LIGHT;
+    ray.weight = co_vec3((float)(1.37 * scale), (float)(0.71 * scale), (float)(0.02 * scale));
+    double truth[3] = {(double)ray.weight.x, (double)ray.weight.y, (double)ray.weight.z};
+    Mean mean = {.count = 0};
+    uint32_t overflow = 0;
+    for (uint32_t i = (uint32_t)samples(10000); i-- > 0;) {
+        CoVec3 w = transport(&ray, (CoRayKey){i % 1000, i / 1000, 7}, &overflow);
+        mean_add(&mean, w, truth);
+        assert_true(fabs((double)w.x - truth[0]) <= truth[0] * steps);
+        assert_true(fabs((double)w.y - truth[1]) <= truth[0] * steps);
+        assert_true(fabs((double)w.z - truth[2]) <= truth[0] * steps);
+        CoRay again = ray;
+        again.weight = w;
+        w = transport(&again, (CoRayKey){i, 1, 0}, &overflow);
+        assert_memory_equal(&w, &again.weight, sizeof w);
+    }
+    mean_check(&mean);
+    assert_true(scale > 1e4 ? overflow > 0 : overflow == 0);
+}
+
+static void light_weights_keep_their_precision_at_any_size(void **state)
+{
+    (void)state;
+    for (int power = -35; power <= 35; power++)
+        check_light_weight(pow(10.0, power));
+}
+
+static void the_extreme_floats_are_light_weights(void **state)
+{
+    (void)state;
+    const float exact[] = {0x1p-149f, 0x1.fep-141f, 0x1p-126f, 1.0f, 0x1.fep127f};
+    uint32_t overflow = 0;
+    for (size_t i = 0; i < 5; i++) {
+        CoRay ray = simple_ray();
+        ray.kind = CO_RAY_LIGHT;
+        ray.weight = co_vec3(exact[i], 0.0f, exact[i]);
+        CoVec3 w = transport(&ray, (CoRayKey){7, 8, 9}, &overflow);
+        assert_memory_equal(&w, &ray.weight, sizeof w);
+    }
+}
+
 static void weights_are_right_in_the_mean_through_64_vertices(void **state)
 {
     (void)state;
@@ -357,6 +404,8 @@ int main(void)
         cmocka_unit_test(axes_borders_and_folds_are_exact_or_close),
         cmocka_unit_test(normals_and_pdfs_are_projected),
         cmocka_unit_test(weights_are_right_in_the_mean),
+        cmocka_unit_test(light_weights_keep_their_precision_at_any_size),
+        cmocka_unit_test(the_extreme_floats_are_light_weights),
         cmocka_unit_test(weights_are_right_in_the_mean_through_64_vertices),
         cmocka_unit_test(mantissas_never_round_to_512),
         cmocka_unit_test(representable_weights_stay_as_they_are),
