@@ -13,16 +13,16 @@
 
 #define TAG CO_MEMORY_COLOR
 
-// Receives the library's own words for what went wrong.
+// Where the library's own words for what went wrong go. The handler is called with the context locked:
+// it must not ask the context for its user data, or it waits for itself.
+static _Thread_local CohortError *exr_said;
+
 static void exr_error(exr_const_context_t ctx, exr_result_t code, const char *message)
 {
-    void *user = NULL;
+    (void)ctx;
     (void)code;
-    if (exr_get_user_data(ctx, &user) == EXR_ERR_SUCCESS && user) {
-        CohortError *err = user;
-        if (err->code == COHORT_OK)
-            snprintf(err->message, sizeof err->message, "%s", message);
-    }
+    if (exr_said && !exr_said->message[0])
+        snprintf(exr_said->message, sizeof exr_said->message, "%s", message);
 }
 
 static bool exr_failed(const char *path, const CohortError *said, CohortErrorCode code,
@@ -177,7 +177,7 @@ bool cohort_exr_write(const char *path, const CohortExrDesc *desc, CohortError *
     CohortError said = {0};
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = exr_error;
-    init.user_data = &said;
+    exr_said = &said;
     exr_context_t ctx = NULL;
     exr_result_t r = exr_start_write(&ctx, partial, EXR_WRITE_FILE_DIRECTLY, &init);
     if (r != EXR_ERR_SUCCESS)
@@ -304,7 +304,7 @@ bool cohort_exr_read(const char *path, CohortImage *out, CohortError *err)
     CohortError said = {0};
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = exr_error;
-    init.user_data = &said;
+    exr_said = &said;
     exr_context_t ctx = NULL;
     CohortImage image = {0};
     exr_result_t r = exr_start_read(&ctx, path, &init);
