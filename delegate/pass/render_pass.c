@@ -19,6 +19,12 @@ CohortRenderPass *cohort_render_pass_create(CohortRenderIndex *index, CohortErro
     return pass;
 }
 
+// Any thread may ask which pass renders; only the host's changes it.
+static void set_current(CohortDelegate *delegate, CohortRenderPass *pass)
+{
+    __atomic_store_n(&delegate->current, pass, __ATOMIC_RELEASE);
+}
+
 // Passes are destroyed after the render thread when the whole delegate goes.
 static void drop_render_of(CohortDelegate *delegate, const CohortRenderPass *pass)
 {
@@ -26,7 +32,7 @@ static void drop_render_of(CohortDelegate *delegate, const CohortRenderPass *pas
         return;
     if (delegate->thread)
         co_render_thread_drop(delegate->thread);
-    delegate->current = NULL;
+    set_current(delegate, NULL);
 }
 
 void cohort_render_pass_destroy(CohortRenderPass *pass)
@@ -173,7 +179,7 @@ bool cohort_render_pass_execute(CohortRenderPass *pass, const CohortRenderPassSt
     pass->target_count = state->binding_count;
     pass->state_hash = hash;
     pass->image_version = delegate->settings.image_version;
-    delegate->current = pass;
+    set_current(delegate, pass);
     pass->has_started = cohort_render_index_sync(pass->index, err) &&
                         set_camera(pass, state, err) && co_index_commit(pass->index, err);
     if (!pass->has_started)
@@ -188,7 +194,8 @@ bool cohort_render_pass_execute(CohortRenderPass *pass, const CohortRenderPassSt
 static CoRenderThread *thread_of(const CohortRenderPass *pass)
 {
     CohortDelegate *delegate = pass->index->delegate;
-    return delegate->current == pass ? delegate->thread : NULL;
+    bool is_current = __atomic_load_n(&delegate->current, __ATOMIC_ACQUIRE) == pass;
+    return is_current ? delegate->thread : NULL;
 }
 
 bool cohort_render_pass_is_converged(const CohortRenderPass *pass)

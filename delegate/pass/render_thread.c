@@ -8,16 +8,15 @@
 #include <pthread.h>
 #include <string.h>
 
-// How often a waiting stop repeats its cancel: one that comes just before a round may be lost.
-#define CANCEL_INTERVAL_NS 5000000L
-
 struct CoRenderThread {
     pthread_mutex_t lock;
     pthread_cond_t changed; // on every change of what follows
-    pthread_t thread, self; // for joining; as the running thread knows itself
-    bool is_joinable;       // a thread was started and not joined
-    bool is_running;        // it has not yet come to rest
-    bool must_stop;
+    pthread_t thread;       // from the first start to destroy, which alone joins it
+    bool has_thread, must_exit;
+    uint64_t run;     // number of the last run: from a launch until the thread rests
+    bool is_running;  // that run has not ended
+    bool must_stop;   // it is to end
+    bool is_dropping; // the render is about to go: no new run
     bool is_done, is_failed;
     CohortRender *render;
     CoRenderTarget targets[CO_RENDER_TARGETS];
@@ -47,6 +46,12 @@ void co_render_thread_destroy(CoRenderThread *t)
     if (!t)
         return;
     co_render_thread_drop(t);
+    pthread_mutex_lock(&t->lock);
+    t->must_exit = true;
+    pthread_cond_broadcast(&t->changed);
+    pthread_mutex_unlock(&t->lock);
+    if (t->has_thread)
+        pthread_join(t->thread, NULL);
     pthread_cond_destroy(&t->changed);
     pthread_mutex_destroy(&t->lock);
     co_free(CO_MEMORY_DELEGATE, t, sizeof *t);
@@ -84,13 +89,11 @@ static void serve_save(CoRenderThread *t)
     pthread_cond_broadcast(&t->changed);
 }
 
-static void *run(void *argument)
+// With the lock held, except during a round: one run.
+static void run_rounds(CoRenderThread *t)
 {
-    CoRenderThread *t = argument;
     CohortError error = {0};
     bool ok = true;
-    pthread_mutex_lock(&t->lock);
-    t->self = pthread_self();
     while (ok && !t->must_stop && !cohort_render_is_done(t->render)) {
         pthread_mutex_unlock(&t->lock);
         ok = cohort_render_round(t->render, &error);
@@ -98,6 +101,7 @@ static void *run(void *argument)
             publish(t);
         pthread_mutex_lock(&t->lock);
         serve_save(t);
+        // A cancel that came too late for the run before hits this one, which renders on.
         if (!ok && error.code == COHORT_ERROR_CANCELLED) {
             memset(&error, 0, sizeof error);
             ok = true;
@@ -111,29 +115,52 @@ static void *run(void *argument)
     t->is_running = false;
     t->ended = co_clock_seconds();
     pthread_cond_broadcast(&t->changed);
+}
+
+static void *work(void *argument)
+{
+    CoRenderThread *t = argument;
+    pthread_mutex_lock(&t->lock);
+    while (!t->must_exit)
+        if (t->is_running)
+            run_rounds(t);
+        else
+            pthread_cond_wait(&t->changed, &t->lock);
     pthread_mutex_unlock(&t->lock);
     return NULL;
 }
 
-// ---- On the host's thread ----------------------------------------------------------------------
-
-static void join(CoRenderThread *t)
-{
-    if (t->is_joinable)
-        pthread_join(t->thread, NULL);
-    t->is_joinable = false;
-}
+// ---- Runs: begun, ended and waited for with the lock held --------------------------------------
 
 static bool launch(CoRenderThread *t, CohortError *err)
 {
-    join(t);
-    pthread_mutex_lock(&t->lock);
+    if (!t->has_thread)
+        t->has_thread = pthread_create(&t->thread, NULL, work, t) == 0;
+    CO_CHECK(t->has_thread, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "the render thread could not be started");
+    t->run++;
+    t->is_running = true;
     t->must_stop = false;
-    t->is_running = t->is_joinable = pthread_create(&t->thread, NULL, run, t) == 0;
-    bool ok = t->is_running;
-    pthread_mutex_unlock(&t->lock);
-    return ok || CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "the render thread could not be started");
+    pthread_cond_broadcast(&t->changed);
+    return true;
 }
+
+static void ask_to_stop(CoRenderThread *t)
+{
+    if (!t->is_running)
+        return;
+    t->must_stop = true;
+    cohort_render_cancel(t->render);
+}
+
+// Another thread may begin the next run before this one wakes: only the one now is waited for.
+static void wait_for_end_of_run(CoRenderThread *t)
+{
+    for (uint64_t run = t->run; t->is_running && t->run == run;)
+        pthread_cond_wait(&t->changed, &t->lock);
+}
+
+// ---- On the host's thread ----------------------------------------------------------------------
 
 bool co_render_thread_start(CoRenderThread *t, CohortRender *render, const CoRenderTarget *targets,
                             size_t target_count, CohortRoundFn *round_fn, void *round_cookie,
@@ -151,59 +178,48 @@ bool co_render_thread_start(CoRenderThread *t, CohortRender *render, const CoRen
     t->started = co_clock_seconds();
     memset(&t->error, 0, sizeof t->error);
     cohort_render_stats(render, &t->stats);
+    bool ok = launch(t, err);
     pthread_mutex_unlock(&t->lock);
-    return launch(t, err);
-}
-
-bool co_render_thread_continue(CoRenderThread *t, CohortError *err)
-{
-    pthread_mutex_lock(&t->lock);
-    // A stop that was not waited for may still be under way: it must end before it can be undone.
-    bool must_wait = t->is_running && t->must_stop;
-    pthread_mutex_unlock(&t->lock);
-    if (must_wait)
-        co_render_thread_stop(t, true);
-    pthread_mutex_lock(&t->lock);
-    bool can_go_on = t->render && !t->is_running && !t->is_done;
-    pthread_mutex_unlock(&t->lock);
-    return !can_go_on || launch(t, err);
-}
-
-void co_render_thread_stop(CoRenderThread *t, bool blocking)
-{
-    pthread_mutex_lock(&t->lock);
-    t->must_stop = true;
-    if (t->is_running)
-        cohort_render_cancel(t->render);
-    while (blocking && t->is_running) {
-        struct timespec until;
-        clock_gettime(CLOCK_REALTIME, &until);
-        until.tv_nsec += CANCEL_INTERVAL_NS;
-        until.tv_sec += until.tv_nsec / 1000000000L;
-        until.tv_nsec %= 1000000000L;
-        pthread_cond_timedwait(&t->changed, &t->lock, &until);
-        if (t->is_running)
-            cohort_render_cancel(t->render);
-    }
-    pthread_mutex_unlock(&t->lock);
-    if (blocking)
-        join(t);
+    return ok;
 }
 
 void co_render_thread_drop(CoRenderThread *t)
 {
-    co_render_thread_stop(t, true);
     pthread_mutex_lock(&t->lock);
+    t->is_dropping = true;
+    ask_to_stop(t);
+    wait_for_end_of_run(t);
     CohortRender *render = t->render;
     t->render = NULL;
     t->target_count = 0;
-    t->is_done = false;
+    t->is_done = t->is_dropping = false;
     pthread_mutex_unlock(&t->lock);
     if (render)
         cohort_render_destroy(render);
 }
 
 // ---- Any thread --------------------------------------------------------------------------------
+
+bool co_render_thread_continue(CoRenderThread *t, CohortError *err)
+{
+    pthread_mutex_lock(&t->lock);
+    // A stop that was not waited for may still be under way: it must end before it can be undone.
+    if (t->is_running && t->must_stop)
+        wait_for_end_of_run(t);
+    bool can_go_on = t->render && !t->is_running && !t->is_done && !t->is_dropping;
+    bool ok = !can_go_on || launch(t, err);
+    pthread_mutex_unlock(&t->lock);
+    return ok;
+}
+
+void co_render_thread_stop(CoRenderThread *t, bool blocking)
+{
+    pthread_mutex_lock(&t->lock);
+    ask_to_stop(t);
+    if (blocking)
+        wait_for_end_of_run(t);
+    pthread_mutex_unlock(&t->lock);
+}
 
 bool co_render_thread_has_render(CoRenderThread *t)
 {
@@ -242,7 +258,7 @@ bool co_render_thread_wait(CoRenderThread *t, double seconds)
     }
     pthread_mutex_lock(&t->lock);
     int result = 0;
-    while (t->is_running && result != ETIMEDOUT)
+    for (uint64_t run = t->run; t->is_running && t->run == run && result != ETIMEDOUT;)
         result = seconds < 0.0 ? pthread_cond_wait(&t->changed, &t->lock)
                                : pthread_cond_timedwait(&t->changed, &t->lock, &until);
     bool is_done = t->is_done;
@@ -267,7 +283,7 @@ bool co_render_thread_save(CoRenderThread *t, const char *path, uint64_t stage_h
     bool ok = false;
     if (!t->render) {
         CO_FAIL(err, COHORT_ERROR_ARGUMENT, "there is no render to save");
-    } else if (!t->is_running || pthread_equal(pthread_self(), t->self)) {
+    } else if (!t->is_running || pthread_equal(pthread_self(), t->thread)) {
         ok = cohort_render_save(t->render, path, stage_hash, err);
     } else {
         memset(&t->save_error, 0, sizeof t->save_error);

@@ -1,7 +1,10 @@
 // The one background thread: drives one render, round by round, until it is done.
 //
 // States: down (no render), running, resting (a render but no thread in it: paused, stopped, done
-// or failed). The thread owns the render while it runs; the host's thread owns it while it rests.
+// or failed), all changed under one lock. A run is numbered from its launch until the thread rests:
+// who waits for the end of a run does not wait for the next one, which another thread may begin at
+// once. The thread owns the render while it runs; the host's thread owns it while it rests, and
+// alone creates and drops renders. Stop and continue may come from any thread.
 
 #ifndef CO_DELEGATE_RENDER_THREAD_H
 #define CO_DELEGATE_RENDER_THREAD_H
@@ -25,10 +28,12 @@ bool co_render_thread_start(CoRenderThread *thread, CohortRender *render,
                             const CoRenderTarget *targets, size_t target_count,
                             CohortRoundFn *round_fn, void *round_cookie, CohortError *err);
 
-// Goes on with a resting render; nothing when it is done, failed or down.
+// Goes on with a resting render; nothing when it is done, failed, down or being dropped. Ends a stop
+// that was not waited for. Any thread but the render thread.
 bool co_render_thread_continue(CoRenderThread *thread, CohortError *err);
 
-// Makes the thread end; blocking: waits until it rests. Not from the round callback when blocking.
+// Makes the thread end; blocking: waits until it rests. Any thread, but
+// not the render thread when blocking.
 void co_render_thread_stop(CoRenderThread *thread, bool blocking);
 
 // Stops and destroys the render: the scene may be edited after it.

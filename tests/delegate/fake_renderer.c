@@ -235,6 +235,8 @@ void cohort_render_destroy(CohortRender *render)
 bool cohort_render_round(CohortRender *render, CohortError *err)
 {
     const long step = 1000000;
+    if (fake.renders_live == 0)
+        fake.rounds_of_the_dead++;
     for (long passed = 0; passed < fake.round_nanoseconds; passed += step) {
         struct timespec pause = {.tv_nsec = step};
         nanosleep(&pause, NULL);

@@ -41,7 +41,8 @@ typedef struct FakeRenderer {
     CohortRenderSettings settings;
     CohortSceneCounts counts;
     uint64_t set_mesh_calls, set_group_calls, set_light_calls, set_material_calls, set_camera_calls,
-        commits, renders_made, renders_live, edits_during_render, saves, resumes;
+        commits, renders_made, renders_live, edits_during_render, rounds_of_the_dead, saves,
+        resumes;
 } FakeRenderer;
 
 extern FakeRenderer fake;

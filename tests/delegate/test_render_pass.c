@@ -5,11 +5,13 @@
 
 #include "base/memory.h"
 
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -194,6 +196,80 @@ static void test_many_stops_and_resumes(void **state)
     assert_int_equal(stat_of("numCompletedSamples").value.integer, 30);
 }
 
+enum {
+    MEDDLER_TURNS = 200
+};
+
+static void *stop_often(void *cookie)
+{
+    (void)cookie;
+    for (int i = 0; i < MEDDLER_TURNS; i++)
+        cohort_delegate_stop(delegate, i % 8 != 7);
+    return NULL;
+}
+
+static void *resume_often(void *cookie)
+{
+    (void)cookie;
+    bool ok = true;
+    for (int i = 0; i < MEDDLER_TURNS; i++)
+        ok = cohort_delegate_resume(delegate) && ok;
+    return ok ? NULL : cookie;
+}
+
+// Two stop and one resumes, as threads of a host would, while `meanwhile` runs here.
+static void meddle(void (*meanwhile)(void))
+{
+    alarm(60); // who waits forever ends the test
+    pthread_t threads[3];
+    int failure = 0;
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(
+            pthread_create(&threads[i], NULL, i < 2 ? stop_often : resume_often, &failure), 0);
+    if (meanwhile)
+        meanwhile();
+    void *result;
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(pthread_join(threads[i], &result), 0);
+        assert_null(result);
+    }
+    alarm(0);
+}
+
+static void test_threads_stop_and_resume(void **state)
+{
+    (void)state;
+    fake.round_nanoseconds = 1000000;
+    fake.rounds_to_do = 40;
+    execute();
+    meddle(NULL);
+    cohort_delegate_stop(delegate, true);
+    assert_true(cohort_delegate_resume(delegate));
+    assert_true(cohort_render_pass_wait(pass, 10.0));
+    assert_int_equal(fake.renders_made, 1);
+    assert_int_equal(stat_of("numCompletedSamples").value.integer, 40);
+}
+
+static void restart_often(void)
+{
+    for (int i = 0; i < 60; i++)
+        assert_true(cohort_delegate_restart(delegate));
+}
+
+static void test_threads_stop_and_resume_what_restarts(void **state)
+{
+    (void)state;
+    fake.round_nanoseconds = 1000000;
+    fake.rounds_to_do = 40;
+    execute();
+    meddle(restart_often);
+    assert_int_equal(fake.renders_live, 1);
+    assert_int_equal(fake.rounds_of_the_dead, 0);
+    assert_true(cohort_delegate_resume(delegate));
+    assert_true(cohort_render_pass_wait(pass, 10.0));
+    assert_int_equal(stat_of("numCompletedSamples").value.integer, 40);
+}
+
 static void test_errors_of_the_thread_are_kept(void **state)
 {
     (void)state;
@@ -361,6 +437,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_stop_is_quick_and_restart_starts_over, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(test_many_stops_and_resumes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_threads_stop_and_resume, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_threads_stop_and_resume_what_restarts, setup,
+                                        teardown),
         cmocka_unit_test_setup_teardown(test_errors_of_the_thread_are_kept, setup, teardown),
         cmocka_unit_test_setup_teardown(test_round_callback, setup, teardown),
         cmocka_unit_test_setup_teardown(test_save_and_resume_from_file, setup, teardown),

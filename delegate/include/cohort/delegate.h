@@ -388,7 +388,7 @@ bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t 
                              CohortError *err);
 
 // Pause drops the open round and keeps the complete ones; resume goes on from there with the same
-// pixels as if it had never stopped. Without a render both do nothing.
+// pixels as if it had never stopped. Without a render both do nothing. Any thread but the render's.
 bool cohort_delegate_pause(CohortDelegate *delegate);
 bool cohort_delegate_resume(CohortDelegate *delegate);
 
