@@ -334,8 +334,8 @@ static void encode_words(const CoRay *ray, uint32_t options, Oct code, const Wei
     words[2] = float_bits(ray->org.z);
     words[3] = (uint32_t)(code.x + DIRECTION_MAX) | (depth & 63u) << 26;
     words[4] = (uint32_t)(code.y + DIRECTION_MAX) | (depth >> 6) << 26 | (ray->kind & 3u) << 30;
-    words[5] = weight->mantissa[0] | weight->mantissa[1] << 9 | weight->mantissa[2] << 18 |
-               exponent << 27;
+    words[5] =
+        weight->mantissa[0] | weight->mantissa[1] << 9 | weight->mantissa[2] << 18 | exponent << 27;
     words[6] = ends;
     words[7] = ray->path;
     words[8] = (ray->branch & 255u) | step_encode(ray->width) << 8 |
