@@ -1,9 +1,11 @@
 #include "index/settings.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/memory.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const CohortSettingDescriptor *descriptor(CoSetting setting)
@@ -190,4 +192,28 @@ void co_settings_scene(const CoSettings *settings, CohortSceneOptions *out)
         .ptex_reductions_authored = settings->values[CO_SETTING_PTEX_REDUCTIONS_AUTHORED].boolean,
         .texture_memory = (uint64_t)settings->values[CO_SETTING_TEXTURE_MEMORY].integer,
     };
+}
+
+static bool is_when_to_stop(CoSetting setting)
+{
+    return setting == CO_SETTING_SPP || setting == CO_SETTING_NOISE ||
+           setting == CO_SETTING_CONVERGED_VARIANCE || setting == CO_SETTING_TIME_LIMIT;
+}
+
+uint64_t co_settings_film_hash(const CoSettings *settings)
+{
+    uint64_t hash = 1;
+    for (CoSetting i = 0; i < CO_SETTING_COUNT; i++) {
+        const CohortSettingValue *v = &settings->values[i];
+        if (!descriptor(i)->affects_image || is_when_to_stop(i))
+            continue;
+        const char *text = v->string;
+        if (i == CO_SETTING_OCIO_CONFIG && !text[0] && getenv("OCIO"))
+            text = getenv("OCIO"); // as the renderer chooses
+        hash = co_hash_combine(hash, v->boolean);
+        hash = co_hash_combine(hash, (uint64_t)v->integer);
+        hash = co_hash_bytes(&v->number, sizeof v->number, hash);
+        hash = co_hash_combine(co_hash_bytes(text, strlen(text), hash), strlen(text));
+    }
+    return hash;
 }

@@ -56,6 +56,10 @@ CoSetting co_setting_find(const char *key);
 bool co_settings_set(CoSettings *settings, CoSetting setting, const CohortSettingValue *value,
                      bool *changed, CohortError *err);
 
+// A hash of what a film must share to be gone on from: all that affects the image except when to
+// stop. An OpenColorIO config counts by its name.
+uint64_t co_settings_film_hash(const CoSettings *settings);
+
 // What the values mean to the renderer.
 void co_settings_render(const CoSettings *settings, CohortRenderSettings *out);
 void co_settings_scene(const CoSettings *settings, CohortSceneOptions *out);

@@ -97,15 +97,20 @@ static uint64_t hash_text(uint64_t hash, const char *text)
     return text ? co_hash_bytes(text, strlen(text), hash) : co_hash64(hash);
 }
 
+static uint64_t hash_view(uint64_t hash, const CohortRenderPassState *state)
+{
+    hash = co_hash_combine(hash, (uint64_t)state->conform);
+    hash = co_hash_combine(hash, state->disable_depth_of_field);
+    return co_hash_bytes(&state->pixel_aspect_ratio, sizeof state->pixel_aspect_ratio, hash);
+}
+
 // Two states with one hash start the same render. Buffers count by address and size.
 static uint64_t hash_state(const CohortRenderPassState *state, const CoRenderTarget *targets)
 {
     uint64_t hash = hash_text(1, state->camera);
     hash = hash_text(hash, state->resume_file);
     hash = co_hash_combine(hash, state->stage_hash);
-    hash = co_hash_combine(hash, (uint64_t)state->conform);
-    hash = co_hash_combine(hash, state->disable_depth_of_field);
-    hash = co_hash_bytes(&state->pixel_aspect_ratio, sizeof state->pixel_aspect_ratio, hash);
+    hash = hash_view(hash, state);
     for (size_t i = 0; i < state->binding_count; i++) {
         hash = co_hash_combine(hash, (uint64_t)targets[i].aov);
         hash = co_hash_combine(hash, (uint64_t)(uintptr_t)targets[i].buffer);
@@ -136,6 +141,12 @@ static bool set_camera(CohortRenderPass *pass, const CohortRenderPassState *stat
     return true;
 }
 
+// What a film of this pass stands for: two films with one key may be taken for each other.
+static uint64_t film_key(const CohortRenderPass *pass, uint64_t stage_hash)
+{
+    return co_hash_combine(pass->film_hash, stage_hash);
+}
+
 // Makes a render, from a saved film where one is named, and starts it.
 static bool start(CohortRenderPass *pass, const char *resume_file, uint64_t stage_hash,
                   CohortError *err)
@@ -148,10 +159,12 @@ static bool start(CohortRenderPass *pass, const char *resume_file, uint64_t stag
     settings.aovs = COHORT_AOV_COLOR;
     for (size_t i = 0; i < pass->target_count; i++)
         settings.aovs |= (uint32_t)pass->targets[i].aov;
+    pass->film_hash = co_hash_combine(pass->view_hash, co_settings_film_hash(&delegate->settings));
     CohortRender *render = cohort_render_create(pass->index->scene, &settings, err);
     if (!render)
         return false;
-    if (resume_file && !cohort_render_resume(render, resume_file, stage_hash, err)) {
+    if (resume_file &&
+        !cohort_render_resume(render, resume_file, film_key(pass, stage_hash), err)) {
         cohort_render_destroy(render);
         return false;
     }
@@ -178,6 +191,7 @@ bool cohort_render_pass_execute(CohortRenderPass *pass, const CohortRenderPassSt
     memcpy(pass->targets, targets, state->binding_count * sizeof *targets);
     pass->target_count = state->binding_count;
     pass->state_hash = hash;
+    pass->view_hash = hash_view(1, state);
     pass->image_version = delegate->settings.image_version;
     set_current(delegate, pass);
     pass->has_started = cohort_render_index_sync(pass->index, err) &&
@@ -229,7 +243,7 @@ bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t 
 {
     CoRenderThread *thread = thread_of(pass);
     CO_CHECK(thread, err, COHORT_ERROR_ARGUMENT, "there is no render to save");
-    return co_render_thread_save(thread, path, stage_hash, err);
+    return co_render_thread_save(thread, path, film_key(pass, stage_hash), err);
 }
 
 bool cohort_delegate_pause(CohortDelegate *delegate)

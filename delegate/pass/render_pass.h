@@ -11,6 +11,8 @@ struct CohortRenderPass {
     CohortRenderPass *next; // in the delegate's list
     uint64_t state_hash;    // of the state last executed
     uint64_t image_version; // of the settings then
+    uint64_t view_hash;     // of what in that state changes the image
+    uint64_t film_hash;     // of all that does but the scene, as last started
     CoRenderTarget targets[CO_RENDER_TARGETS];
     size_t target_count; // 0: never executed, or a buffer was destroyed
     bool has_started;

@@ -83,8 +83,13 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
                       .point_count = desc->point_count,
                       .primvar_count = desc->primvar_count};
     copy_path(o->path, desc->path);
-    if (desc->subset_count)
+    if (desc->subset_count) {
         o->subset_material = desc->subsets[0].material;
+        o->subset_faces = desc->subsets[0].face_count;
+    }
+    for (size_t i = 0; i < desc->primvar_count; i++)
+        if (strcmp(desc->primvars[i].name, "displayColor") == 0)
+            memcpy(o->first_color, desc->primvars[i].values, sizeof o->first_color);
     if (desc->point_count)
         memcpy(o->first_point, desc->points, sizeof o->first_point);
     fake.counts.mesh_builds++;
@@ -292,9 +297,10 @@ bool cohort_render_aov(const CohortRender *render, CohortAov aov, void *out)
 bool cohort_render_save(const CohortRender *render, const char *path, uint64_t stage_hash,
                         CohortError *err)
 {
-    (void)render, (void)stage_hash;
+    (void)render;
     CO_CHECK(path[0] == '/', err, COHORT_ERROR_FILE_WRITE, "cannot write there");
     fake.saves++;
+    fake.saved_hash = stage_hash;
     return true;
 }
 
@@ -302,7 +308,7 @@ bool cohort_render_resume(CohortRender *render, const char *path, uint64_t stage
                           CohortError *err)
 {
     (void)path;
-    CO_CHECK(stage_hash == 7, err, COHORT_ERROR_SCENE, "another stage");
+    CO_CHECK(stage_hash == fake.saved_hash, err, COHORT_ERROR_SCENE, "another stage");
     fake.resumes++;
     render->rounds = 1;
     return true;

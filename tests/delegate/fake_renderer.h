@@ -17,7 +17,8 @@ typedef struct FakeObject {
     char path[FAKE_PATH];
     uint32_t level, material, subset_material, ptex_face_offset;
     CohortScheme scheme;
-    size_t point_count, primvar_count;
+    size_t point_count, primvar_count, subset_faces;
+    float first_color[3]; // of displayColor
     float first_point[3];
     size_t instance_count;
     CohortInstanceDesc instances[64];
@@ -30,6 +31,7 @@ typedef struct FakeRenderer {
     long round_nanoseconds;
     uint64_t rounds_to_do;
     // What it saw.
+    uint64_t saved_hash; // of the last film
     FakeObject objects[FAKE_MAX];
     uint32_t object_count, texture_count, material_count, light_count;
     CohortTextureDesc textures[FAKE_MAX];

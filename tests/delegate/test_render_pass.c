@@ -342,6 +342,57 @@ static void test_save_and_resume_from_file(void **state)
     assert_int_equal(fake.resumes, 1);
 }
 
+static bool goes_on(void)
+{
+    bool ok = cohort_render_pass_execute(pass, &pass_state, NULL);
+    cohort_render_pass_wait(pass, 10.0);
+    return ok;
+}
+
+static void test_films_of_other_settings_are_refused(void **state)
+{
+    (void)state;
+    execute();
+    assert_true(cohort_render_pass_wait(pass, 10.0));
+    assert_true(cohort_render_pass_save(pass, "/film", 0, NULL));
+    pass_state.resume_file = "/film";
+    assert_true(goes_on());
+    const struct {
+        const char *key;
+        int64_t other, same;
+    } numbers[] = {{"cohort:complexity", 3, 2},
+                   {"cohort:ptexReductionsAuthored", 1, 0},
+                   {"enableSceneLights", 0, 1}};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        assert_true(cohort_delegate_set_int(delegate, numbers[i].key, numbers[i].other, NULL));
+        assert_false(goes_on());
+        assert_true(cohort_delegate_set_int(delegate, numbers[i].key, numbers[i].same, NULL));
+        assert_true(goes_on());
+    }
+    const char *const texts[] = {"cohort:renderingColorSpace", "cohort:ocioConfig"};
+    for (size_t i = 0; i < 2; i++) {
+        assert_true(cohort_delegate_set_string(delegate, texts[i], "other", NULL));
+        assert_false(goes_on());
+        assert_true(cohort_delegate_set_string(delegate, texts[i], "", NULL));
+        assert_true(goes_on());
+    }
+    pass_state.conform = COHORT_CONFORM_CROP_APERTURE;
+    assert_false(goes_on());
+    pass_state.conform = COHORT_CONFORM_EXPAND_APERTURE;
+    pass_state.pixel_aspect_ratio = 2.0;
+    assert_false(goes_on());
+    pass_state.pixel_aspect_ratio = 0.0;
+    pass_state.disable_depth_of_field = true;
+    assert_false(goes_on());
+    pass_state.disable_depth_of_field = false;
+    // When to stop, and how, is not in the film.
+    assert_true(cohort_delegate_set_int(delegate, "cohort:spp", 99, NULL));
+    assert_true(cohort_delegate_set_double(delegate, "cohort:noise", 0.5, NULL));
+    assert_true(cohort_delegate_set_double(delegate, "cohort:timeLimit", 9.0, NULL));
+    assert_true(cohort_delegate_set_int(delegate, "cohort:batch", 1024, NULL));
+    assert_true(goes_on());
+}
+
 static void test_mapped_pixels_stay(void **state)
 {
     (void)state;
@@ -443,6 +494,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_errors_of_the_thread_are_kept, setup, teardown),
         cmocka_unit_test_setup_teardown(test_round_callback, setup, teardown),
         cmocka_unit_test_setup_teardown(test_save_and_resume_from_file, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_films_of_other_settings_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(test_mapped_pixels_stay, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bad_states_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_buffer_destroyed_while_bound, setup, teardown),

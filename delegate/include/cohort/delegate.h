@@ -187,6 +187,7 @@ typedef struct CohortInstancerSource {
     size_t sample_count;
     const uint8_t *hidden;       // [instance_count], 1 = not drawn; NULL = all drawn
     const float *display_colors; // [instance_count * 3] or NULL
+    const uint8_t *colored;      // [instance_count], 0 = its color is not to be used; NULL = all 1
 } CohortInstancerSource;
 
 typedef enum CohortConformPolicy {
@@ -354,7 +355,7 @@ typedef struct CohortRenderPassState {
     double pixel_aspect_ratio; // width / height of a pixel, 0 = 1
     bool disable_depth_of_field;
     const char *resume_file; // a film to go on from at the next start, NULL = from nothing
-    uint64_t stage_hash;     // identifies the scene in saved films
+    uint64_t stage_hash;     // identifies the scene in saved films; the pass adds its own settings
 } CohortRenderPassState;
 
 // A pass of the index. Passes of one delegate render one at a time: executing another one stops the
@@ -382,8 +383,9 @@ bool cohort_render_pass_error(const CohortRenderPass *pass, CohortError *out);
 // execute.
 bool cohort_render_pass_camera(const CohortRenderPass *pass, CohortCameraDesc *out);
 
-// Saves the film of the last complete round. From the round callback: at once. While rendering: at
-// the end of the open round, waiting for it.
+// Saves the film of the last complete round. Only a pass with the same scene, view and settings,
+// but for those that say when to stop, goes on from it. From the round callback: at once. While
+// rendering: at the end of the open round, waiting for it.
 bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t stage_hash,
                              CohortError *err);
 
