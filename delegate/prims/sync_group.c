@@ -68,10 +68,10 @@ static void place(CohortInstanceDesc *d, const CoPrim *prim, const CohortInstanc
     memcpy(local.m, transform, sizeof local.m);
     memcpy(outer.m, prim->transform, sizeof outer.m);
     CoMat4d world = co_mat4d_mul(&local, &outer);
+    bool has_color = source->display_colors && (!source->colored || source->colored[i]);
     *d = (CohortInstanceDesc){.prim_id = -1,
                               .hidden = !prim->is_visible || (source->hidden && source->hidden[i]),
-                              .display_color =
-                                  source->display_colors ? source->display_colors + 3 * i : NULL};
+                              .display_color = has_color ? source->display_colors + 3 * i : NULL};
     memcpy(d->transform, world.m, sizeof d->transform);
 }
 

@@ -305,26 +305,46 @@ static bool is_sampled_below(const CohortPrim *prim)
     return found;
 }
 
+static bool subsets_vary(const CohortPrim *mesh)
+{
+    size_t count = cohort_prim_child_count(mesh);
+    for (size_t i = 0; i < count; i++) {
+        const CohortPrim *child = cohort_prim_child(mesh, i);
+        if (strcmp(cohort_prim_type(child), "GeomSubset") == 0 && sampled_bits(child))
+            return true;
+    }
+    return false;
+}
+
+// Whether where native instances stand, are seen or what color they hand down changes.
+static bool instances_vary(const CohortAdapter *a, uint32_t within)
+{
+    for (size_t i = 0; i < a->placement_count; i++) {
+        CoPlace place = {a->placements[i].prim, a->placements[i].within};
+        if (place.prototype == within &&
+            (co_place_transform_varies(a, place) || co_place_visibility_varies(a, place) ||
+             co_primvars_vary(a, place)))
+            return true;
+    }
+    return false;
+}
+
 static uint32_t varying_bits(const CohortAdapter *a, const CoRecord *record)
 {
-    uint32_t bits = 0;
     if (record->kind == CO_RECORD_MATERIAL)
         return is_sampled_below(record->prim) ? COHORT_DIRTY_RESOURCE : 0;
     if (record->kind == CO_RECORD_HEADLIGHT)
         return COHORT_DIRTY_TRANSFORM;
-    if (record->kind == CO_RECORD_NATIVE_INSTANCES) {
-        for (size_t i = 0; i < a->placement_count && !bits; i++) {
-            CoPlace place = {a->placements[i].prim, a->placements[i].within};
-            if (place.prototype == record->prototype &&
-                (co_place_transform_varies(a, place) || co_place_visibility_varies(a, place)))
-                bits = COHORT_DIRTY_INSTANCER;
-        }
-        return bits;
-    }
+    if (record->kind == CO_RECORD_NATIVE_INSTANCES)
+        return instances_vary(a, record->prototype) ? COHORT_DIRTY_INSTANCER : 0;
     if (!record->prim)
         return 0;
     CoPlace place = {record->prim, record->prototype};
-    bits = sampled_bits(record->prim);
+    uint32_t bits = sampled_bits(record->prim);
+    if (record->kind == CO_RECORD_MESH) {
+        bits |= co_primvars_vary(a, place) ? COHORT_DIRTY_PRIMVAR : 0;
+        bits |= subsets_vary(record->prim) ? COHORT_DIRTY_TOPOLOGY : 0;
+    }
     if (co_place_transform_varies(a, place))
         bits |= COHORT_DIRTY_TRANSFORM;
     if (co_place_visibility_varies(a, place))

@@ -47,8 +47,6 @@ typedef struct CoPlacement {
     const CohortPrim *prim; // the instance
     uint32_t within;        // prototype it stands in
     uint32_t prototype;     // it shows
-    bool has_color;         // a displayColor inherited from it or above
-    float color[3];
 } CoPlacement;
 
 typedef struct CoPrototype {
@@ -183,6 +181,9 @@ bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMa
 // Primvars of a mesh that something reads, its own and the constant ones it inherits.
 bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull *pull,
                       CohortMeshSource *out, CohortError *err);
+
+// Whether a primvar of the place or above it changes over time.
+bool co_primvars_vary(const CohortAdapter *adapter, CoPlace place);
 
 // A constant displayColor of the place or above it.
 bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color[3]);

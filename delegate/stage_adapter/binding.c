@@ -7,7 +7,9 @@
 #include <string.h>
 
 enum {
-    MAX_CHAIN = 1024
+    MAX_CHAIN = 1024,
+    MAX_PATH = 1024,
+    MAX_COLLECTIONS = 64 // that include each other
 };
 
 typedef struct Binding {
@@ -39,44 +41,85 @@ static bool is_at_or_below(const char *path, const char *root)
     return strncmp(path, root, length) == 0 && (path[length] == '\0' || path[length] == '/');
 }
 
-// Longest path of a relationship that holds `path`; 0 when none does.
-static size_t longest_match(const CohortPrim *prim, const char *relationship, const char *path,
-                            bool expands)
+// Where a query stands: the deepest entry so far that says anything about the path. A collection's
+// entries are those of the collections it includes, then its own; a later one of equal depth wins.
+typedef struct Membership {
+    const CohortAdapter *adapter;
+    const char *path;
+    size_t depth; // length of that entry's path, 0 = none
+    bool is_in;
+    const char *visited[MAX_COLLECTIONS]; // each is asked once, so a cycle ends
+    size_t visited_count;
+} Membership;
+
+static void gather(Membership *m, const char *collection);
+
+static void note_entry(Membership *m, const char *entry, bool expands, bool is_in)
 {
-    const char *const *targets;
-    size_t count = cohort_prim_targets(prim, relationship, &targets), best = 0;
-    for (size_t i = 0; i < count; i++) {
-        bool holds = expands ? is_at_or_below(path, targets[i]) : strcmp(path, targets[i]) == 0;
-        if (holds && strlen(targets[i]) > best)
-            best = strlen(targets[i]);
-    }
-    return best;
+    bool holds = expands ? is_at_or_below(m->path, entry) : strcmp(m->path, entry) == 0;
+    if (!holds || strlen(entry) < m->depth)
+        return;
+    m->depth = strlen(entry);
+    m->is_in = is_in;
 }
 
-// Whether the collection at "/Prim.collection:name" includes a path.
-static bool collection_holds(const CohortAdapter *adapter, const char *collection, const char *path)
+static void note_targets(Membership *m, const CohortPrim *prim, const char *relationship,
+                         bool expands, bool is_in)
+{
+    const char *const *targets;
+    size_t count = cohort_prim_targets(prim, relationship, &targets);
+    for (size_t i = 0; i < count; i++)
+        if (is_in && strstr(targets[i], ".collection:"))
+            gather(m, targets[i]);
+        else
+            note_entry(m, targets[i], expands, is_in);
+}
+
+static bool visit(Membership *m, const CohortPrim *prim, const char *collection)
+{
+    for (size_t i = 0; i < m->visited_count; i++)
+        if (strcmp(m->visited[i], collection) == 0)
+            return false;
+    if (m->visited_count == MAX_COLLECTIONS) {
+        co_adapter_report(m->adapter, prim, collection, "",
+                          "too many collections include each other: left out");
+        return false;
+    }
+    m->visited[m->visited_count++] = collection;
+    return true;
+}
+
+// Adds the entries of the collection at "/Prim.collection:name".
+static void gather(Membership *m, const char *collection)
 {
     const char *dot = strrchr(collection, '.');
-    if (!dot || strlen(dot) > 200 || (size_t)(dot - collection) >= 1024)
-        return false;
-    char prim_path[1024], name[256];
+    if (!dot || strlen(dot) > 200 || dot - collection >= MAX_PATH)
+        return;
+    char prim_path[MAX_PATH], name[256];
     memcpy(prim_path, collection, (size_t)(dot - collection));
     prim_path[dot - collection] = '\0';
-    const CohortPrim *prim = cohort_stage_prim(adapter->stage, prim_path);
-    if (!prim)
-        return false;
+    const CohortPrim *prim = cohort_stage_prim(m->adapter->stage, prim_path);
+    if (!prim || !visit(m, prim, collection))
+        return;
     size_t length = strlen(dot + 1);
     memcpy(name, dot + 1, length + 1);
     memcpy(name + length, ":expansionRule", sizeof ":expansionRule");
-    bool expands =
-        strcmp(cohort_prim_token(prim, name, adapter->time, "expandPrims"), "explicitOnly") != 0;
+    double time = m->adapter->time;
+    bool expands = strcmp(cohort_prim_token(prim, name, time, "expandPrims"), "explicitOnly") != 0;
     memcpy(name + length, ":includeRoot", sizeof ":includeRoot");
-    bool root = cohort_prim_bool(prim, name, adapter->time, false);
+    if (cohort_prim_bool(prim, name, time, false))
+        note_entry(m, "/", true, true);
     memcpy(name + length, ":includes", sizeof ":includes");
-    size_t included = longest_match(prim, name, path, expands);
+    note_targets(m, prim, name, expands, true);
     memcpy(name + length, ":excludes", sizeof ":excludes");
-    size_t excluded = longest_match(prim, name, path, true);
-    return included ? included > excluded : root && !excluded;
+    note_targets(m, prim, name, true, false);
+}
+
+static bool collection_holds(const CohortAdapter *adapter, const char *collection, const char *path)
+{
+    Membership m = {.adapter = adapter, .path = path};
+    gather(&m, collection);
+    return m.is_in;
 }
 
 // The binding of a prim's collections to the prim at `leaf`, in the order of their names.

@@ -11,18 +11,16 @@
 
 // ---- Native instances --------------------------------------------------------------------------
 
-// Whether meshes of a prototype have colors of their own, which placements must not replace.
-static bool has_own_colors(const CohortAdapter *a, uint32_t prototype)
+// Marks the prototypes whose meshes have colors of their own, which placements must not replace.
+static void mark_own_colors(const CohortAdapter *a, uint8_t *has_own)
 {
     for (size_t i = 0; i < a->record_count; i++) {
         const CoRecord *r = &a->records[i];
         float color[3];
-        if (r->kind == CO_RECORD_MESH && r->prototype == prototype &&
-            (cohort_prim_has_attribute(r->prim, "primvars:displayColor") ||
-             co_inherited_color(a, (CoPlace){r->prim, prototype}, color)))
-            return true;
+        if (r->kind == CO_RECORD_MESH && r->prototype != CO_WORLD && !has_own[r->prototype])
+            has_own[r->prototype] = cohort_prim_has_attribute(r->prim, "primvars:displayColor") ||
+                                    co_inherited_color(a, (CoPlace){r->prim, r->prototype}, color);
     }
-    return false;
 }
 
 static bool set_samples(CohortPull *pull, double (*transforms)[4][4], CohortInstancerSource *out,
@@ -36,22 +34,29 @@ static bool set_samples(CohortPull *pull, double (*transforms)[4][4], CohortInst
     return true;
 }
 
-// A color for each placement when all of one prototype's have one, so that none turns grey.
-static const float *placement_colors(const CohortAdapter *a, const CoPlacement *placements,
-                                     size_t count, CohortPull *pull)
+// The colors that placements hand down, each to a prototype that has none.
+static bool set_placement_colors(const CohortAdapter *a, const CoPlacement *placements,
+                                 size_t count, CohortPull *pull, CohortInstancerSource *out,
+                                 CohortError *err)
 {
-    bool any = false;
-    for (size_t i = 0; i < count; i++)
-        any = any || placements[i].has_color;
-    if (!any)
-        return NULL;
     float *colors = cohort_pull_array(pull, count, 3 * sizeof *colors);
-    for (size_t i = 0; colors && i < count; i++) {
-        if (!placements[i].has_color || has_own_colors(a, placements[i].prototype))
-            return NULL;
-        memcpy(colors + 3 * i, placements[i].color, 3 * sizeof *colors);
+    uint8_t *colored = cohort_pull_array(pull, count, 1);
+    uint8_t *has_own = cohort_pull_array(pull, a->prototype_count, 1);
+    CO_CHECK(colors && colored && has_own, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    bool any = false;
+    for (size_t i = 0; i < count; i++) {
+        CoPlace place = {placements[i].prim, placements[i].within};
+        colored[i] = co_inherited_color(a, place, colors + 3 * i);
+        any = any || colored[i];
     }
-    return colors;
+    if (!any)
+        return true;
+    mark_own_colors(a, has_own);
+    for (size_t i = 0; i < count; i++)
+        colored[i] = colored[i] && !has_own[placements[i].prototype];
+    out->display_colors = colors;
+    out->colored = colored;
+    return true;
 }
 
 static bool pull_native(CohortAdapter *a, const CoRecord *record, CohortPull *pull,
@@ -79,8 +84,8 @@ static bool pull_native(CohortAdapter *a, const CoRecord *record, CohortPull *pu
     out->instance_count = count;
     out->prototypes = prototypes;
     out->hidden = hidden;
-    out->display_colors = placement_colors(a, placements, count, pull);
-    return set_samples(pull, transforms, out, err);
+    return set_placement_colors(a, placements, count, pull, out, err) &&
+           set_samples(pull, transforms, out, err);
 }
 
 // ---- PointInstancers ---------------------------------------------------------------------------

@@ -256,7 +256,6 @@ static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
     placement.prototype = native_prototype(walk, place, purpose);
     if (placement.prototype == COHORT_INVALID_ID)
         return false;
-    placement.has_color = co_inherited_color(a, place, placement.color);
     CO_CHECK(co_adapter_grow((void **)&a->placements, a->placement_count, &a->placement_capacity,
                              sizeof *a->placements),
              walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");

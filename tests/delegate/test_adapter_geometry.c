@@ -116,6 +116,98 @@ static void test_time_moves_and_deforms(void **state)
     assert_int_equal(fake.set_mesh_calls, 3);
 }
 
+// What a frame of a range shows is what it shows alone, wherever the sampled attribute stands.
+static void test_frame_of_a_range_is_that_frame(void **state)
+{
+    (void)state;
+    static const char
+        body
+            [] =
+                "def Xform \"Parent\" { color3f[] primvars:displayColor.timeSamples = "
+                "{ 1: [(1,0,0)], 2: [(0,1,0)] }\n" TRIANGLE("M", "") "}\n" TRIANGLE(
+                    "S",
+                    "def GeomSubset \"G\" { int[] indices.timeSamples = { 1: [], 2: [0] }\n"
+                    "uniform token elementType = \"face\"\n"
+                    "uniform token familyName = \"materialBind\" }") "class Xform \"P\" "
+                                                                     "{\n" TRIANGLE("A",
+                                                                                    "") "}\n"
+                                                                                        "def Xform "
+                                                                                        "\"I\" "
+                                                                                        "(instancea"
+                                                                                        "ble = "
+                                                                                        "true\n "
+                                                                                        "inherits "
+                                                                                        "= </P>) "
+                                                                                        "{\n"
+                                                                                        "color3f[] "
+                                                                                        "primvars:"
+                                                                                        "displayCol"
+                                                                                        "or."
+                                                                                        "timeSample"
+                                                                                        "s = { 1: "
+                                                                                        "[(1,0,0)],"
+                                                                                        " 2: "
+                                                                                        "[(0,0,1)] "
+                                                                                        "} }\n";
+    FakeObject objects[8];
+    for (int range = 0; range < 2; range++) {
+        CohortAdapterOptions options = {.time_choice = COHORT_TIME_AT, .time = range ? 1.0 : 2.0};
+        CohortError err = {0};
+        fake_reset();
+        assert_true(stage_fixture_open(&f, body, &options, &err));
+        if (range) {
+            assert_true(cohort_adapter_set_time(f.adapter, 2.0, NULL));
+            assert_true(cohort_render_index_sync(f.index, NULL));
+        }
+        assert_true(fake_mesh("/Parent/M")->first_color[1] == 1.0f);
+        assert_int_equal(fake_mesh("/S")->subset_faces, 1);
+        const FakeObject *root = &fake.objects[0];
+        bool found = false;
+        for (size_t i = 0; i < root->instance_count; i++)
+            found = found || (root->instances[i].prim_id < 0 && root->colors[i][2] == 1.0f);
+        assert_true(found);
+        assert_true(fake.object_count <= 8);
+        for (uint32_t i = 0; range && i < fake.object_count; i++)
+            assert_memory_equal(objects[i].colors, fake.objects[i].colors,
+                                sizeof objects[i].colors);
+        memcpy(objects, fake.objects, sizeof objects);
+        if (!range)
+            stage_fixture_close(&f);
+    }
+}
+
+// One placement whose prototype has a color of its own takes no color from the others.
+static void test_placements_keep_their_colors(void **state)
+{
+    (void)state;
+    open_stage("class Xform \"P\" {\n" TRIANGLE(
+        "A", "") "}\n"
+                 "class Xform \"Q\" {\n" TRIANGLE(
+                     "A",
+                     "color3f[] primvars:displayColor = [(0.5,0.5,0.5)]") "}\n"
+                                                                          "def Xform \"I1\" "
+                                                                          "(instanceable = true\n "
+                                                                          "inherits = </P>) {\n"
+                                                                          "color3f[] "
+                                                                          "primvars:displayColor = "
+                                                                          "[(1,0,0)] }\n"
+                                                                          "def Xform \"I2\" "
+                                                                          "(instanceable = true\n "
+                                                                          "inherits = </Q>) {\n"
+                                                                          "color3f[] "
+                                                                          "primvars:displayColor = "
+                                                                          "[(0,1,0)] }\n"
+                                                                          "def Xform \"I3\" "
+                                                                          "(instanceable = true\n "
+                                                                          "inherits = </P>) {}\n");
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(root->instance_count, 3);
+    assert_true(root->colors[0][0] == 1.0f);
+    assert_non_null(root->instances[0].display_color);
+    assert_null(root->instances[1].display_color);
+    assert_null(root->instances[2].display_color);
+}
+
 // Three placements of a prototype with two parts, one of them invisible.
 static void test_native_instances_share(void **state)
 {
@@ -295,10 +387,13 @@ static void test_mesh_attributes(void **state)
 static void test_loop_takes_triangles(void **state)
 {
     (void)state;
-    open_stage(TRIANGLE("T", "uniform token subdivisionScheme = \"loop\"")
-                   "def Mesh \"Q\" { uniform token subdivisionScheme = \"loop\"\n"
-                   "int[] faceVertexCounts = [4]\n int[] faceVertexIndices = [0,1,2,3]\n"
-                   "point3f[] points = [(0,0,0),(1,0,0),(1,1,0),(0,1,0)] }\n");
+    open_stage(TRIANGLE(
+        "T", "uniform token subdivisionScheme = \"loop\"") "def Mesh \"Q\" { uniform token "
+                                                           "subdivisionScheme = \"loop\"\n"
+                                                           "int[] faceVertexCounts = [4]\n int[] "
+                                                           "faceVertexIndices = [0,1,2,3]\n"
+                                                           "point3f[] points = "
+                                                           "[(0,0,0),(1,0,0),(1,1,0),(0,1,0)] }\n");
     assert_int_equal(fake_mesh("/T")->scheme, COHORT_SCHEME_LOOP);
     assert_false(stage_fixture_reports(&f, "/T", "subdivisionScheme"));
     assert_int_equal(fake_mesh("/Q")->scheme, COHORT_SCHEME_NONE);
@@ -327,6 +422,8 @@ int main(void)
         cmocka_unit_test_teardown(test_visibility_and_purpose, teardown),
         cmocka_unit_test_teardown(test_asked_purposes_win, teardown),
         cmocka_unit_test_teardown(test_time_moves_and_deforms, teardown),
+        cmocka_unit_test_teardown(test_frame_of_a_range_is_that_frame, teardown),
+        cmocka_unit_test_teardown(test_placements_keep_their_colors, teardown),
         cmocka_unit_test_teardown(test_native_instances_share, teardown),
         cmocka_unit_test_teardown(test_native_instances_inherit, teardown),
         cmocka_unit_test_teardown(test_nested_native_instances, teardown),

@@ -106,6 +106,32 @@ static void test_collection_bindings(void **state)
     assert_true(mesh_red("/C/Out") == 0.1f);
 }
 
+static void test_collections_of_collections(void **state)
+{
+    (void)state;
+    open_with(
+        MATERIAL("M1", "0.1") MATERIAL(
+            "M2", "0.2") "def Xform \"C\" " BIND " { rel material:binding = </M1>\n"
+                         "rel material:binding:collection:all = [</C.collection:all>, </M2>]\n"
+                         "rel collection:all:includes = [</C.collection:a>, </C/Own>]\n"
+                         "rel collection:all:excludes = [</C/A/Not>]\n"
+                         "rel collection:a:includes = [</C/A>, </C.collection:b>]\n"
+                         "rel collection:a:excludes = [</C/Own/Deep>]\n"
+                         "rel collection:b:includes = [</C/B>, </C.collection:all>]\n" // a cycle
+                         "def Xform \"A\" {\n" TRIANGLE("Yes", "")
+                             TRIANGLE("Not", "") "}\n"
+                                                 "def Xform \"Own\" {\n" TRIANGLE("Yes", "")
+                                                     TRIANGLE("Deep", "") "}\n" TRIANGLE("B", "")
+                                                         TRIANGLE("Out", "") "}\n",
+        NULL);
+    assert_true(mesh_red("/C/A/Yes") == 0.2f);
+    assert_true(mesh_red("/C/A/Not") == 0.1f);
+    assert_true(mesh_red("/C/B") == 0.2f);
+    assert_true(mesh_red("/C/Own/Yes") == 0.2f);
+    assert_true(mesh_red("/C/Own/Deep") == 0.1f); // the included collection leaves it out
+    assert_true(mesh_red("/C/Out") == 0.1f);
+}
+
 static void test_subsets(void **state)
 {
     (void)state;
@@ -402,6 +428,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_binding_strength_and_purpose, teardown),
         cmocka_unit_test_teardown(test_collection_bindings, teardown),
+        cmocka_unit_test_teardown(test_collections_of_collections, teardown),
         cmocka_unit_test_teardown(test_subsets, teardown),
         cmocka_unit_test_teardown(test_network, teardown),
         cmocka_unit_test_teardown(test_ptex_and_foreign_surfaces, teardown),
