@@ -204,10 +204,17 @@ static bool ensure_instances_record(Walk *walk, uint32_t within)
 
 static bool add_light(Walk *walk, CoPlace place);
 
+static bool is_point_instancer(const CohortPrim *prim)
+{
+    return strcmp(cohort_prim_type(prim), "PointInstancer") == 0;
+}
+
 static bool has_lights(CohortAdapter *a, const CohortPrim *prim)
 {
     if (co_is_light_type(cohort_prim_type(prim)))
         return true;
+    if (is_point_instancer(prim))
+        return false; // reported with it
     const CohortPrim *shown = cohort_prim_is_instance(prim) ? cohort_prim_prototype(prim) : NULL;
     uint32_t known =
         shown ? co_string_map_find(&a->lights_below, cohort_prim_path(shown)) : COHORT_INVALID_ID;
@@ -227,6 +234,8 @@ static bool walk_lights(Walk *walk, CoPlace place)
 {
     if (co_is_light_type(cohort_prim_type(place.prim)))
         return add_light(walk, place);
+    if (is_point_instancer(place.prim))
+        return true;
     const CohortPrim *parent = place.prim;
     if (cohort_prim_is_instance(place.prim)) {
         if (!has_lights(walk->adapter, place.prim))
@@ -265,6 +274,26 @@ static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
     return ensure_instances_record(walk, place.prototype);
 }
 
+// There is no way to place lights by a PointInstancer: each one, or the instance that holds some,
+// is named. Not at the walk, which comes to a shared prototype once, wherever it was met first.
+static void report_lights(CohortAdapter *a, const CohortPrim *prim)
+{
+    if (is_never_visible(a, prim) || is_point_instancer(prim))
+        return;
+    if (co_is_light_type(cohort_prim_type(prim)))
+        co_adapter_report(a, prim, cohort_prim_type(prim), "",
+                          "a light in a PointInstancer's prototype: left out");
+    if (cohort_prim_is_instance(prim)) {
+        if (has_lights(a, prim))
+            co_adapter_report(a, prim, "instance", "",
+                              "its lights are in a PointInstancer's prototype: left out");
+        return;
+    }
+    size_t children = cohort_prim_child_count(prim);
+    for (size_t i = 0; i < children; i++)
+        report_lights(a, cohort_prim_child(prim, i));
+}
+
 static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
@@ -282,6 +311,7 @@ static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uin
         return number;
     CoPrototype prototype = {.root = target, .outer = place.prototype};
     number = add_prototype(walk, &prototype, key);
+    report_lights(a, target);
     if (number != COHORT_INVALID_ID && !walk_prim(walk, (CoPlace){target, number}, purpose))
         return COHORT_INVALID_ID;
     return number;
@@ -340,21 +370,6 @@ static bool add_camera(Walk *walk, CoPlace place)
 
 // ---- The walk ----------------------------------------------------------------------------------
 
-// Lights of native prototypes are found by walk_lights; those below a PointInstancer have no way.
-static bool meet_light(Walk *walk, CoPlace place)
-{
-    const CohortAdapter *a = walk->adapter;
-    if (place.prototype == CO_WORLD)
-        return add_light(walk, place);
-    for (uint32_t p = place.prototype; p != CO_WORLD; p = a->prototypes[p].outer)
-        if (!a->prototypes[p].is_native) {
-            co_adapter_report(a, place.prim, cohort_prim_type(place.prim), "",
-                              "a light in a PointInstancer's prototype: left out");
-            break;
-        }
-    return true;
-}
-
 static bool walk_children(Walk *walk, CoPlace place, uint32_t purpose)
 {
     size_t children = cohort_prim_child_count(place.prim);
@@ -376,9 +391,10 @@ static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
         return true;
     purpose = purpose_of(a, place.prim, purpose);
     bool is_drawn = (purpose & a->purposes) != 0;
-    if (strcmp(type, "PointInstancer") == 0)
+    if (is_point_instancer(place.prim))
         return !is_drawn || add_point_instancer(walk, place, purpose);
-    if (co_is_light_type(type) && !meet_light(walk, place))
+    // Lights of native prototypes are found by walk_lights; a PointInstancer's are reported.
+    if (co_is_light_type(type) && place.prototype == CO_WORLD && !add_light(walk, place))
         return false;
     if (is_drawn && (strcmp(type, "Mesh") == 0 || co_is_implicit_type(type)) &&
         !add_mesh(walk, place))

@@ -279,6 +279,28 @@ static void test_lights_in_instances(void **state)
     assert_true(fake.lights[1].transform[3][0] == 5.0 && fake.lights[1].transform[3][1] == 1.0);
 }
 
+// Whatever else shows the same prototype, and wherever it is met first.
+static void test_lights_of_point_instancers_are_named(void **state)
+{
+    (void)state;
+    open_with("class Xform \"P\" { def SphereLight \"L\" {} }\n"
+              "class Xform \"Q\" { def PointInstancer \"PI\" {\n"
+              "rel prototypes = [</Q/PI/Lamp>]\n int[] protoIndices = [0]\n"
+              "point3f[] positions = [(1,0,0)]\n"
+              "def Xform \"Lamp\" { def DiskLight \"D\" {} } } }\n"
+              "def Xform \"A\" (instanceable = true\n inherits = </P>) {}\n"
+              "def Xform \"B\" (instanceable = true\n inherits = </Q>) {}\n"
+              "def PointInstancer \"C\" {\n rel prototypes = [</C/Shared>, </C/Own>]\n"
+              "int[] protoIndices = [0, 1]\n point3f[] positions = [(1,0,0), (2,0,0)]\n"
+              "def Xform \"Shared\" (instanceable = true\n inherits = </P>) {}\n"
+              "def Xform \"Own\" { def RectLight \"R\" {} } }\n",
+              NULL);
+    assert_int_equal(fake.light_count, 1); // of A
+    assert_true(stage_fixture_reports(&f, "/C/Shared", "instance"));
+    assert_true(stage_fixture_reports(&f, "/C/Own/R", "RectLight"));
+    assert_true(stage_fixture_reports(&f, "/B/PI/Lamp/D", "DiskLight"));
+}
+
 static void test_settings_and_camera(void **state)
 {
     (void)state;
@@ -433,6 +455,7 @@ int main(void)
         cmocka_unit_test_teardown(test_network, teardown),
         cmocka_unit_test_teardown(test_ptex_and_foreign_surfaces, teardown),
         cmocka_unit_test_teardown(test_lights, teardown),
+        cmocka_unit_test_teardown(test_lights_of_point_instancers_are_named, teardown),
         cmocka_unit_test_teardown(test_lights_in_instances, teardown),
         cmocka_unit_test_teardown(test_settings_and_camera, teardown),
         cmocka_unit_test_teardown(test_asked_camera_and_size, teardown),
