@@ -43,6 +43,21 @@ static void collect(void *context, const CoLightHit *hit)
     c->has_covered = true;
 }
 
+static void keep_nearest(void *context, const CoLightHit *hit)
+{
+    CoLightHit *nearest = context;
+    if (hit->t < nearest->t && co_max3(hit->radiance) > 0.0f)
+        *nearest = *hit;
+}
+
+float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 dir, float tnear)
+{
+    CoLightHit nearest = {.t = INFINITY};
+    if (!render->settings.hide_lights && co_lights_count(render->scene->lights) > 0)
+        co_light_collect(render->scene->lights, org, dir, tnear, INFINITY, keep_nearest, &nearest);
+    return nearest.t;
+}
+
 static void end_light_ray(CohortRender *render, const uint32_t *words, CoWorkerCounts *counts)
 {
     CoRay ray;
@@ -66,6 +81,12 @@ static void collect_lights(CohortRender *render, size_t i, const uint32_t *words
     Collector collector = {render, words, is_camera && t == INFINITY, false};
     CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
     CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+    float nearest = collector.is_camera_miss
+                        ? co_camera_light_distance(render, org, dir, rays->tnear[i])
+                        : INFINITY;
+    // Up to and with the light that the camera sees there; the next float takes it in.
+    if (nearest < INFINITY)
+        t = nearest * (1.0f + 0x1p-23f);
     co_light_collect(render->scene->lights, org, dir, rays->tnear[i], t, collect, &collector);
 }
 

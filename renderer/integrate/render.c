@@ -11,6 +11,9 @@
 
 #define TAG CO_MEMORY_RAYS
 
+// What the program and its libraries take before any scene.
+#define PROCESS_BYTES ((uint64_t)112 << 20)
+
 // Scenes whose geometry and trees fit the caches trace as fast unsorted: sorting is skipped.
 #define SORT_PAYS_BYTES ((uint64_t)24 << 20)
 
@@ -68,7 +71,7 @@ static bool fit_memory(CohortRender *r, CohortError *err)
     if (!limit)
         return true;
     const CohortSceneCounts *c = &r->scene->counts;
-    uint64_t fixed = c->geometry_bytes + c->accel_bytes + film_bytes(r) + ((uint64_t)64 << 20);
+    uint64_t fixed = c->geometry_bytes + c->accel_bytes + film_bytes(r) + PROCESS_BYTES;
     uint64_t least = fixed + (uint64_t)1024 * 8 * bytes_per_ray(r);
     CO_CHECK(least <= limit, err, COHORT_ERROR_LIMIT,
              "--memory %llu MB is too little: this scene needs at least %llu MB",
@@ -119,7 +122,10 @@ static int film_exponent(const CohortScene *scene)
     for (uint32_t i = 0; i < scene->material_count; i++)
         for (int k = 0; k < 3; k++)
             brightest = fmaxf(brightest, scene->materials[i].inputs[CO_INPUT_EMISSIVE].value[k]);
-    return isfinite(brightest) ? (int)co_clamp((float)ilogbf(brightest) + 1.0f, 0.0f, 120.0f) : 120;
+    // Tiny lights are very bright and light little: 20 of the 24 bits of headroom above S go to them.
+    float exponent = isfinite(brightest) ? (float)ilogbf(brightest) + 1.0f : 120.0f;
+    exponent -= co_clamp(exponent - 20.0f, 0.0f, 20.0f);
+    return (int)co_clamp(exponent, 0.0f, 120.0f);
 }
 
 static void choose_sort(CohortRender *r)

@@ -119,6 +119,9 @@ float co_camera_far(const CoCamera *camera, CoVec3 dir);
 // Distance in front of the camera, along -Z of its frame, of a point.
 float co_camera_depth(const CoCamera *camera, CoVec3 p);
 
+// Distance to the first finite light that a camera ray shows, INFINITY if there is none.
+float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 dir, float tnear);
+
 // MIS weight of emission met by a BSDF ray, or 1 where no light sample competed.
 float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter);
 

@@ -6,7 +6,8 @@
 #include "base/parallel.h"
 #include "sort/ray_sort.h"
 
-// Light rays end at their emitter, camera rays at the far clip; the rest have no end.
+// Light rays end at their emitter, camera rays at the far clip or at the light they show: a lamp in the
+// picture hides what is behind it, though it blocks no other ray. The rest have no end.
 static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
@@ -18,7 +19,9 @@ static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
         uint32_t kind = co_ray_kind(words);
         if (kind == CO_RAY_CAMERA) {
             CoVec3 dir = co_vec3(b->rays.dir_x[i], b->rays.dir_y[i], b->rays.dir_z[i]);
-            b->rays.tfar[i] = co_camera_far(&scene->camera, dir);
+            CoVec3 org = co_vec3(b->rays.org_x[i], b->rays.org_y[i], b->rays.org_z[i]);
+            float light = co_camera_light_distance(render, org, dir, b->rays.tnear[i]);
+            b->rays.tfar[i] = fminf(co_camera_far(&scene->camera, dir), light);
         } else if (kind == CO_RAY_LIGHT) {
             CoVec3 org = co_vec3(b->rays.org_x[i], b->rays.org_y[i], b->rays.org_z[i]);
             CoVec3 dir = co_vec3(b->rays.dir_x[i], b->rays.dir_y[i], b->rays.dir_z[i]);

@@ -1,6 +1,6 @@
 // Lights of a committed scene (UsdLux), sampled, met by rays, and with one pdf for both sides.
 //
-// Lights are no surfaces: they block nothing. A ray collects, with its weight, the emission of
+// Lights are no surfaces: they cast no shadow. A ray collects, with its weight, the emission of
 // every finite light it crosses before its first surface, and of dome and distant lights when it
 // finds none.
 
