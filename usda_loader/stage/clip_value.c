@@ -212,8 +212,8 @@ static CoField *merge_clips(const CoClipWork *work)
     for (size_t i = 0; i < work->set->clip_count; i++)
         if (speaks(work, i))
             add_clip_times(&merge, work->set, i, work->samples[i]);
-    merge.start = -INFINITY;
-    merge.end = INFINITY;
+    merge.start = -(double)INFINITY;
+    merge.end = (double)INFINITY;
     if (!merge.count)
         add_time(&merge, work->set->clips[0].start);
     CoField *field = co_stage_alloc(stage, 1, sizeof *field);
