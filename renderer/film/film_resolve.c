@@ -54,7 +54,7 @@ static double pixel_error(const CoFilm *film, size_t pixel)
     double n = (double)film->samples;
     double odd = floor(n / 2.0), even = n - odd;
     if (odd < 1.0)
-        return INFINITY;
+        return (double)INFINITY;
     double difference = 0.0;
     for (int c = 0; c < 3; c++)
         difference += color_sum(film, pixel, c, 0) / even - color_sum(film, pixel, c, 1) / odd;

@@ -202,7 +202,7 @@ static void split_side(Walk *walk, CoPtexKernel *kernel, uint32_t face, CoPtexEd
     } else if (is_bottom) {
         merge(walk, &side, CO_PTEX_BOTTOM);
     }
-    apply_across(walk, &side, face, edge);
+    apply_across(walk, &side, face, (int)edge);
 }
 
 static void split_end(Walk *walk, CoPtexKernel *kernel, uint32_t face, CoPtexEdge edge)
@@ -213,7 +213,7 @@ static void split_end(Walk *walk, CoPtexKernel *kernel, uint32_t face, CoPtexEdg
     }
     CoPtexKernel part;
     co_ptex_split(kernel, edge, &part);
-    apply_across(walk, &part, face, edge);
+    apply_across(walk, &part, face, (int)edge);
 }
 
 static void split_and_apply(Walk *walk, CoPtexKernel *kernel, uint32_t face)

@@ -160,7 +160,7 @@ bool cohort_stage_earliest_time(const CohortStage *stage, double *out)
     CohortStage *own = stage->root.stage;
     co_stage_lock(stage);
     if (!own->has_earliest) {
-        double earliest = INFINITY;
+        double earliest = (double)INFINITY;
         note_earliest(&stage->root, &earliest, &stage->composer.names);
         own->varies = isfinite(earliest);
         own->earliest = earliest;
