@@ -11,7 +11,7 @@
 size_t co_sync_nearest(const double *first_time, size_t count, size_t stride)
 {
     size_t best = 0;
-    double best_distance = INFINITY;
+    double best_distance = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         double time;
         memcpy(&time, (const char *)first_time + i * stride, sizeof time);

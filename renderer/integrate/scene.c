@@ -151,7 +151,7 @@ static bool check_object(const CohortScene *scene, uint32_t object, CohortError 
 // power-of-two multiple, which its instances' transforms, kept in double, take back.
 static void choose_origin(const CohortMeshDesc *desc, double origin[3])
 {
-    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     for (size_t i = 0; i < desc->point_count * 3; i++) {
         double x = (double)desc->points[i];
         if (isfinite(x)) {

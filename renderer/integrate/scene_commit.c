@@ -132,8 +132,8 @@ static void place_instances(CohortScene *scene, CoSceneObject *object, const dou
 static void group_box(const CohortScene *scene, const CoSceneObject *object, double box[6])
 {
     for (int k = 0; k < 3; k++) {
-        box[k] = INFINITY;
-        box[k + 3] = -INFINITY;
+        box[k] = HUGE_VAL;
+        box[k + 3] = -HUGE_VAL;
     }
     for (uint32_t i = 0; i < object->edit_count; i++) {
         const CohortInstanceDesc *desc = &object->edits[i];

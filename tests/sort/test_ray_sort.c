@@ -139,7 +139,7 @@ static Coherence measure(const CoRayBatch *b)
     for (size_t g = 0; g < groups; g++) {
         double length2 = 0, diagonal2 = 0;
         for (int a = 0; a < 3; a++) {
-            double sum = 0, low = INFINITY, high = -INFINITY;
+            double sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
             for (size_t i = g * 64; i < g * 64 + 64; i++) {
                 sum += (double)dir[a][i] / 64.0;
                 low = fmin(low, (double)org[a][i]);

@@ -34,8 +34,8 @@ static void numbers_are_short(void **state)
         {1.0 / 3.0, "0.3333333333333333"},
         {-1.5e300, "-1.5e300"},
         {5e-324, "5e-324"},
-        {INFINITY, "inf"},
-        {-INFINITY, "-inf"},
+        {HUGE_VAL, "inf"},
+        {-HUGE_VAL, "-inf"},
         {NAN, "nan"},
         {100, "100"},
     };
