@@ -21,9 +21,7 @@ typedef enum CoRayKind {
 enum {
     CO_RAY_FROM_SPLIT = 1, // left the vertex where the path split (sample counts n differ there)
     CO_RAY_HAS_SPLIT = 2,  // the path has passed its split vertex (this or an earlier one)
-    CO_RAY_DELTA = 4,      // left a delta lobe: no light sample competes
-    CO_RAY_PASSED = 8,     // has passed through a cut-out; t_min counts
-    CO_RAY_NORMAL_VALID = 16
+    CO_RAY_PASSED = 8      // has passed through a cut-out; t_min counts
 };
 
 // One ray, decoded. Every consumer works on decoded values only.
