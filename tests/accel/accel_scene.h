@@ -17,7 +17,9 @@
 
 enum {
     TEST_OBJECTS_MAX = 16,
-    TEST_ISA_COUNT = 4
+    TEST_ISA_COUNT = 4,
+    SLIVERS = 600, // of mesh_slivers, along so many lines
+    LINES = 20
 };
 
 static const char *const test_isas[TEST_ISA_COUNT] = {"scalar", "sse42", "avx2", "avx512"};
@@ -305,6 +307,51 @@ static inline void traverse_all(const CoAccelScene *scene, const CoRayBatch *ray
             *stats = mine;
     }
     hits_free(&other);
+}
+
+// Triangles a millionth as wide as long, 30 along each of 20 lines: whatever a ray meets of a line,
+// it meets many of them, at distances that rounding decides.
+static inline TestMesh mesh_slivers(uint64_t seed)
+{
+    Random random = {seed};
+    TestMesh m = mesh_soup(SLIVERS, 0.5f, seed);
+    CoVec3 ends[LINES][2];
+    for (int i = 0; i < LINES; i++) {
+        ends[i][0] = ends[i][1] = random_vec3(&random, -1.0f, 1.0f);
+        if (i % 2) { // the boxes of such slivers are thin: they know the distance better
+            ends[i][0].x = -1.0f;
+            ends[i][1].x = 1.0f;
+        } else {
+            ends[i][1] = random_vec3(&random, -1.0f, 1.0f);
+        }
+    }
+    for (uint32_t i = 0; i < SLIVERS; i++) {
+        const CoVec3 *line = ends[i % LINES];
+        for (uint32_t c = 0; c < 3; c++) {
+            CoVec3 p = co_lerp3(line[0], line[1], random_float(&random, 0.0f, 1.0f));
+            co_vec3_store(m.points + 9 * i + 3 * c, co_add(p, random_vec3(&random, -1e-6f, 1e-6f)));
+        }
+    }
+    mesh_box(&m);
+    return m;
+}
+
+// Along the long edges of the first `slivers` triangles, at small angles.
+static inline CoRayBatch rays_along_slivers(const TestMesh *mesh, uint32_t slivers, size_t count,
+                                            uint64_t seed)
+{
+    Random random = {seed};
+    CoRayBatch rays = rays_alloc(count);
+    for (size_t i = 0; i < count; i++) {
+        const float *p = mesh->points + 9 * (size_t)(random_bits(&random) % slivers);
+        CoVec3 a = co_vec3_load(p), b = co_vec3_load(p + 3);
+        CoVec3 at = co_lerp3(a, b, random_float(&random, 0.0f, 1.0f));
+        float angle = ldexpf(1.0f, -(int)(random_bits(&random) % 20));
+        CoVec3 along = co_normalize(co_sub(b, a));
+        CoVec3 dir = co_madd(along, random_vec3(&random, -1.0f, 1.0f), angle);
+        ray_set(&rays, i, co_madd(at, dir, -2.0f), dir);
+    }
+    return rays;
 }
 
 #endif
