@@ -2,15 +2,17 @@
 // and every transform resolved before the clock stops. bench_reader.py runs it against the
 // reference.
 //
-//   bench_reader STAGE
+//   bench_reader_once STAGE THREADS
 //
-// prints one JSON object: cpu_seconds, wall_seconds, peak_bytes, prims, sum.
+// prints one JSON object: cpu_seconds, wall_seconds, peak_bytes (less what the process held before),
+// prims, elements, sum.
 
 #include "cohort/usda.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <sys/resource.h>
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 typedef struct Totals {
@@ -96,28 +98,42 @@ static double seconds(clockid_t clock)
     return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
 }
 
+// A line of /proc/self/status in bytes; not getrusage, which counts the process that started this one.
+static long memory(const char *name)
+{
+    char line[256];
+    long kilobytes = 0;
+    FILE *file = fopen("/proc/self/status", "r");
+    while (file && fgets(line, sizeof line, file))
+        if (strncmp(line, name, strlen(name)) == 0)
+            kilobytes = strtol(line + strlen(name), NULL, 10);
+    if (file)
+        fclose(file);
+    return kilobytes * 1024;
+}
+
 int main(int argc, char **argv)
 {
-    if (argc != 2) {
-        fprintf(stderr, "usage: bench_reader STAGE\n");
+    if (argc != 3) {
+        fprintf(stderr, "usage: bench_reader_once STAGE THREADS\n");
         return 2;
     }
+    CohortStageOptions options = {.threads = (uint32_t)strtoul(argv[2], NULL, 10)};
+    long base = memory("VmRSS:");
     double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
     CohortError err = {0};
-    CohortStage *stage = cohort_stage_open(argv[1], NULL, &err);
+    CohortStage *stage = cohort_stage_open(argv[1], &options, &err);
     if (!stage) {
-        fprintf(stderr, "bench_reader: %s\n", err.message);
+        fprintf(stderr, "bench_reader_once: %s\n", err.message);
         return 1;
     }
     Totals totals = {0};
     visit(cohort_stage_root(stage), &totals);
     cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
     wall = seconds(CLOCK_MONOTONIC) - wall;
-    struct rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
     printf("{\"cpu_seconds\": %.6f, \"wall_seconds\": %.6f, \"peak_bytes\": %ld, \"prims\": %llu, "
            "\"elements\": %llu, \"sum\": %.17g}\n",
-           cpu, wall, usage.ru_maxrss * 1024, (unsigned long long)totals.prims,
+           cpu, wall, memory("VmHWM:") - base, (unsigned long long)totals.prims,
            (unsigned long long)totals.elements, totals.sum);
     cohort_stage_destroy(stage);
     return 0;

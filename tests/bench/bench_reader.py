@@ -1,19 +1,23 @@
 #!/usr/bin/env python3
 """Cohort's USDA reader against usd-core, in one run on the same files.
 
-usage: bench_reader.py --bench BUILD/tests/bench/bench_reader --make make_big_usda.py
+usage: bench_reader.py --bench BUILD/tests/bench/bench_reader_once --make make_big_usda.py
                        [--json] [--mb 100] [--prims 200000] [--references 10000] [--runs 5]
+                       [--scaling 1,4,16,64]
+
+The program bench_reader beside this calls it with both paths.
 
 Both sides run in a process of their own, in turns; each figure is the median of the runs. The clock
 stops after every array element has been summed, every composed prim visited and every transform
-resolved. CPU seconds; peak memory is the resident size after that, less what the process needs
-before it opens anything. Speed ratios are the reference's time over Cohort's, memory ratios the
-reference's peak over Cohort's: more is better in each.
+resolved. CPU seconds of one thread; peak memory is the largest resident size, mapped input included,
+less what the process holds before it opens anything. Speed ratios are the reference's time over
+Cohort's, memory ratios the reference's peak over Cohort's, the last ratio is Cohort's elapsed time on
+the big mesh with one thread over that with two: more is better in each. --scaling reads meshes and
+prims of so many MB by Cohort alone and prints MB per CPU second.
 """
 import argparse
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -21,14 +25,16 @@ import tempfile
 import time
 
 
-def resident():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+def memory(name):
+    """Bytes of this process; not getrusage, which counts the process that started this one."""
+    with open('/proc/self/status') as lines:
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(name))
 
 
 def reference(path):
     import numpy
     from pxr import Usd, UsdGeom
-    base = resident()
+    base = memory('VmRSS:')
     wall, cpu = time.monotonic(), time.process_time()
     stage = Usd.Stage.Open(path)
     total, prims, elements = 0.0, 0, 0
@@ -45,9 +51,9 @@ def reference(path):
                 if array.dtype.kind in 'iuf':
                     total += float(array.sum(dtype='float64'))
                 elements += len(value)
-    print(json.dumps({'cpu_seconds': time.process_time() - cpu,
-                      'wall_seconds': time.monotonic() - wall,
-                      'peak_bytes': resident() - base, 'prims': prims,
+    cpu, wall = time.process_time() - cpu, time.monotonic() - wall
+    print(json.dumps({'cpu_seconds': cpu, 'wall_seconds': wall,
+                      'peak_bytes': memory('VmHWM:') - base, 'prims': prims,
                       'elements': elements, 'sum': total}))
 
 
@@ -76,8 +82,9 @@ def write_references(folder, count):
     return path
 
 
-def run(command, threads=1):
-    env = dict(os.environ, PXR_WORK_THREAD_LIMIT=str(threads), OMP_NUM_THREADS=str(threads))
+def run(command):
+    env = dict(os.environ, PXR_WORK_THREAD_LIMIT='1', OMP_NUM_THREADS='1',
+               TF_ENV_SETTING_ALERTS_ENABLED='0')
     out = subprocess.run(command, stdout=subprocess.PIPE, env=env, check=True).stdout
     return json.loads(out)
 
@@ -86,12 +93,48 @@ def middle(results, key):
     return statistics.median(result[key] for result in results)
 
 
-def compare(path, args):
-    ours, theirs = [], []
-    for _ in range(args.runs):
-        ours.append(run([args.bench, path]))
-        theirs.append(run([sys.executable, __file__, '--reference', path]))
-    return ours, theirs
+def in_turns(args, first, second):
+    pairs = [(run(first), run(second)) for _ in range(args.runs)]
+    return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+
+
+def make(args, what, path, size):
+    option = '--mb' if what == 'mesh' else '--count'
+    subprocess.run([sys.executable, args.make, what, path, option, str(size)], check=True)
+    return path
+
+
+def compare(args, folder):
+    """The six ratios, and for people the figures behind them."""
+    mesh = make(args, 'mesh', os.path.join(folder, 'mesh.usda'), args.mb)
+    files = {'mesh': mesh,
+             'prims': make(args, 'prims', os.path.join(folder, 'prims.usda'), args.prims),
+             'compose': write_references(folder, args.references)}
+    ratios, figures = {}, {}
+    for name, path in files.items():
+        ours, theirs = in_turns(args, [args.bench, path, '1'],
+                                [sys.executable, __file__, '--reference', path])
+        for unit, key, scale in (('speed', 'cpu_seconds', 1), ('memory', 'peak_bytes', 1e-6)):
+            ratios['%s_%s_ratio' % (name, unit)] = middle(theirs, key) / middle(ours, key)
+            label = 'CPU seconds' if scale == 1 else 'peak MB'
+            figures['%s %s, Cohort' % (name, label)] = middle(ours, key) * scale
+            figures['%s %s, reference' % (name, label)] = middle(theirs, key) * scale
+        figures[name + ' MB of text'] = os.path.getsize(path) * 1e-6
+    one, two = in_turns(args, [args.bench, mesh, '1'], [args.bench, mesh, '2'])
+    ratios['two_thread_speedup'] = middle(one, 'wall_seconds') / middle(two, 'wall_seconds')
+    return ratios, figures
+
+
+def scaling(args, folder):
+    """MB per CPU second over sizes of text."""
+    print('%8s %12s %12s' % ('MB', 'mesh MB/s', 'prims MB/s'))
+    for mb in args.scaling.split(','):
+        rates = []
+        for what, size in (('mesh', float(mb)), ('prims', int(float(mb) * 3000))):
+            path = make(args, what, os.path.join(folder, what + '.usda'), size)
+            ours = [run([args.bench, path, '1']) for _ in range(args.runs)]
+            rates.append(os.path.getsize(path) * 1e-6 / middle(ours, 'cpu_seconds'))
+        print('%8s %12.0f %12.0f' % (mb, rates[0], rates[1]), flush=True)
 
 
 def main():
@@ -100,10 +143,11 @@ def main():
     parser.add_argument('--bench')
     parser.add_argument('--make')
     parser.add_argument('--json', action='store_true')
-    parser.add_argument('--mb', type=int, default=100)
+    parser.add_argument('--mb', type=float, default=100)
     parser.add_argument('--prims', type=int, default=200000)
     parser.add_argument('--references', type=int, default=10000)
     parser.add_argument('--runs', type=int, default=5)
+    parser.add_argument('--scaling', metavar='SIZES')
     args = parser.parse_args()
     if args.reference:
         reference(args.reference)
@@ -111,25 +155,15 @@ def main():
     if not args.bench or not args.make:
         parser.error('--bench and --make are needed')
     with tempfile.TemporaryDirectory() as folder:
-        mesh, prims = os.path.join(folder, 'mesh.usda'), os.path.join(folder, 'prims.usda')
-        subprocess.run([sys.executable, args.make, 'mesh', mesh, '--mb', str(args.mb)], check=True)
-        subprocess.run([sys.executable, args.make, 'prims', prims, '--count', str(args.prims)],
-                       check=True)
-        files = {'mesh': mesh, 'prims': prims, 'compose': write_references(folder, args.references)}
-        report = {}
-        for name, path in files.items():
-            ours, theirs = compare(path, args)
-            report[name + '_speed_ratio'] = (middle(theirs, 'cpu_seconds') /
-                                             middle(ours, 'cpu_seconds'))
-            report[name + '_memory_ratio'] = (middle(theirs, 'peak_bytes') /
-                                              middle(ours, 'peak_bytes'))
-            report[name + '_cpu_seconds'] = middle(ours, 'cpu_seconds')
-            report[name + '_mb'] = os.path.getsize(path) / 1e6
-        one = [run([args.bench, mesh], 1) for _ in range(args.runs)]
-        two = [run([args.bench, mesh], 2) for _ in range(args.runs)]
-        report['two_thread_speedup'] = middle(one, 'wall_seconds') / middle(two, 'wall_seconds')
-    print(json.dumps(report) if args.json else
-          '\n'.join('%-24s %.3g' % item for item in report.items()))
+        if args.scaling:
+            scaling(args, folder)
+            return 0
+        ratios, figures = compare(args, folder)
+    if args.json:
+        print(json.dumps(ratios))
+        return 0
+    for name, value in list(figures.items()) + list(ratios.items()):
+        print('%-36s %.3g' % (name, value))
     return 0
 
 

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/mapped_file.h"
+#include "base/parallel.h"
 #include "parse/parser.h"
 
 #include <limits.h>
@@ -132,8 +133,11 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
     };
     co_scan_init(&parser.scan, size ? text : "", size);
     bool begun = begin(&parser, path, err);
+    uint32_t workers = co_worker_count();
+    co_worker_count_set(o->threads ? o->threads : workers);
     if (begun)
         parse_layer(&parser);
+    co_worker_count_set(workers);
     CoLayer *layer = parser.layer;
     if (layer)
         layer->byte_count = size;

@@ -132,6 +132,7 @@ typedef struct CohortStageOptions {
     size_t variant_count;
     CohortDiagnosticFn *report; // receives errors and warnings as they are found; may be NULL
     void *cookie;
+    uint32_t threads; // that read layers; 0 = as many as the machine has
 } CohortStageOptions;
 
 // Opens and composes. Fails only when the root layer cannot be read; missing references and the like
