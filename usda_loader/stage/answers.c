@@ -7,7 +7,7 @@
 // The cache is not part of what a stage is, so a const stage may fill it.
 static CohortStage *mutable_stage(const CohortStage *stage)
 {
-    return stage->root.stage;
+    return stage->self;
 }
 
 void co_stage_lock(const CohortStage *stage)

@@ -59,7 +59,7 @@ size_t cohort_prim_assets(const CohortPrim *prim, const char *name, double time,
     if (!cohort_prim_value(prim, name, time, &value) || value.type != COHORT_TYPE_ASSET)
         return 0;
     CoValueSource from = co_prim_value_source(prim, name, isnan(time));
-    CohortStage *stage = prim->stage;
+    CohortStage *stage = prim->data->stage;
     CoQueryKey key = {value.data, from.source, CO_QUERY_ASSETS, 0};
     co_stage_lock(stage);
     const CoAnswer *known = co_stage_find_answer(stage, &key);

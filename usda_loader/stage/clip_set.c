@@ -28,13 +28,13 @@ static const CoValue *dict_value(const CoDict *dict, const char *key)
 
 static CoClipEntry find_entry(const CohortPrim *prim, const char *set, const char *key)
 {
-    const char *clips = prim->stage->composer.names.clips;
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
-        const CoField *field = co_spec_field(prim->opinions[i].spec, clips);
+    const char *clips = prim->data->stage->composer.names.clips;
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
+        const CoField *field = co_spec_field(prim->data->opinions[i].spec, clips);
         const CoValue *inner = field ? dict_value(co_value_dict(&field->value), set) : NULL;
         const CoValue *value = inner ? dict_value(co_value_dict(inner), key) : NULL;
         if (value)
-            return (CoClipEntry){value, prim->opinions[i].source, field->line};
+            return (CoClipEntry){value, prim->data->opinions[i].source, field->line};
     }
     return (CoClipEntry){0};
 }
@@ -62,7 +62,7 @@ static const CoLayerFile *open_clip(CohortStage *stage, const CohortPrim *prim,
         path && *path ? co_composer_layer(c, co_asset_anchor(c, entry->source->file, path), &err)
                       : NULL;
     if (!file)
-        co_composer_warn(c, entry->source->file, entry->line, prim->path,
+        co_composer_warn(c, entry->source->file, entry->line, prim->data->path,
                          "clip @%s@ is left out: %s", authored, why ? why : err.message);
     return file;
 }
@@ -223,8 +223,8 @@ static bool add_set(CohortStage *stage, const CohortPrim *prim, const char *name
     else
         why = explicit_set(stage, prim, name, set);
     if (why) {
-        const CoSource *source = path.source ? path.source : prim->opinions[0].source;
-        co_composer_warn(&stage->composer, source->file, path.line, prim->path,
+        const CoSource *source = path.source ? path.source : prim->data->opinions[0].source;
+        co_composer_warn(&stage->composer, source->file, path.line, prim->data->path,
                          "clip set \"%s\" is left out: %s", name, why);
         return false;
     }
@@ -239,8 +239,12 @@ static bool add_set(CohortStage *stage, const CohortPrim *prim, const char *name
     const CoLayerFile *first = set->manifest;
     for (size_t i = 0; i < set->clip_count && !first; i++)
         first = set->clips[i].file;
-    set->source = (CoSource){first ? first : set->anchor->file, set->anchor->stack,
-                             set->anchor->to_root, 0, 1, set->anchor->arc};
+    set->source = (CoSource){first ? first : set->anchor->file,
+                             set->anchor->stack,
+                             set->anchor->to_root,
+                             0,
+                             1,
+                             set->anchor->arc};
     return true;
 }
 
@@ -255,9 +259,9 @@ static bool has_name(const char *const *names, size_t count, const char *name)
 static size_t count_names(const CohortPrim *prim, const char **names)
 {
     size_t count = 0;
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
         const CoField *field =
-            co_spec_field(prim->opinions[i].spec, prim->stage->composer.names.clips);
+            co_spec_field(prim->data->opinions[i].spec, prim->data->stage->composer.names.clips);
         const CoDict *dict = field ? co_value_dict(&field->value) : NULL;
         for (size_t j = 0; dict && j < dict->count; j++) {
             if (names && has_name(names, count, dict->entries[j].key))
@@ -273,9 +277,9 @@ static size_t count_names(const CohortPrim *prim, const char **names)
 // What clipSets says, else all of them by name.
 static size_t order_names(const CohortPrim *prim, const char **names, size_t count)
 {
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
         const CoField *field =
-            co_spec_field(prim->opinions[i].spec, prim->stage->composer.names.clipSets);
+            co_spec_field(prim->data->opinions[i].spec, prim->data->stage->composer.names.clipSets);
         const CoListOp *op = field ? co_value_list_op(&field->value) : NULL;
         if (!op || !op->is_explicit)
             continue;
@@ -302,7 +306,7 @@ static size_t order_names(const CohortPrim *prim, const char **names, size_t cou
 
 const CoClips *co_clips_compose(CohortStage *stage, const CohortPrim *prim)
 {
-    const CoClips *outer = prim->parent ? prim->parent->clips : NULL;
+    const CoClips *outer = prim->parent ? prim->parent->data->clips : NULL;
     size_t most = count_names(prim, NULL);
     if (!most)
         return outer;

@@ -29,7 +29,7 @@ static const CoSpec *attribute_in(const CoLayerFile *file, const CoClipSet *set,
         spec = token ? co_spec_child(spec, token) : length ? NULL : spec;
         at += length;
     }
-    spec = spec ? descend(spec, prim->path, holder->path) : NULL;
+    spec = spec ? descend(spec, prim->data->path, holder->data->path) : NULL;
     spec = spec ? co_spec_property(spec, name) : NULL;
     return spec && spec->kind == CO_SPEC_ATTRIBUTE ? spec : NULL;
 }
@@ -40,7 +40,7 @@ static const CoTimeSamples *samples_in(const CoLayerFile *file, const CoClipSet 
 {
     const CoSpec *spec = attribute_in(file, set, holder, prim, name);
     const CoField *field =
-        spec ? co_spec_field(spec, prim->stage->composer.names.timeSamples) : NULL;
+        spec ? co_spec_field(spec, prim->data->stage->composer.names.timeSamples) : NULL;
     const CoTimeSamples *samples = field ? co_value_samples(&field->value) : NULL;
     return samples && samples->count ? samples : NULL;
 }
@@ -191,7 +191,7 @@ static bool speaks(const CoClipWork *work, size_t clip)
 
 static bool fill_values(const CoClipWork *work, CoTimeSamples *out)
 {
-    const CohortStage *stage = work->prim->stage;
+    const CohortStage *stage = work->prim->data->stage;
     const CoClipSet *set = work->set;
     size_t clip = 0;
     for (size_t i = 0; i < out->count; i++) {
@@ -207,7 +207,7 @@ static bool fill_values(const CoClipWork *work, CoTimeSamples *out)
 
 static CoField *merge_clips(const CoClipWork *work)
 {
-    const CohortStage *stage = work->prim->stage;
+    const CohortStage *stage = work->prim->data->stage;
     CoClipMerge merge = {.stage = stage};
     for (size_t i = 0; i < work->set->clip_count; i++)
         if (speaks(work, i))
@@ -235,7 +235,7 @@ static CoField *merge_clips(const CoClipWork *work)
 static const CoField *field_of_set(const CohortPrim *holder, const CoClipSet *set,
                                    const CohortPrim *prim, const char *name)
 {
-    const CohortStage *stage = prim->stage;
+    const CohortStage *stage = prim->data->stage;
     CoClipWork work = {holder, prim, name, set, NULL, {.type = COHORT_TYPE_BLOCK}};
     work.samples = co_stage_alloc(stage, set->clip_count, sizeof *work.samples);
     if (!work.samples)
@@ -263,35 +263,37 @@ static const CoField *field_of_set(const CohortPrim *holder, const CoClipSet *se
 static uint32_t set_rank(const CohortPrim *holder, const CoClipSet *set, const CohortPrim *prim)
 {
     uint32_t anchor = 0;
-    while (anchor < holder->opinion_count && holder->opinions[anchor].source != set->anchor)
+    while (anchor < holder->data->opinion_count &&
+           holder->data->opinions[anchor].source != set->anchor)
         anchor++;
-    while (anchor + 1 < holder->opinion_count && holder->opinions[anchor + 1].source == set->anchor)
+    while (anchor + 1 < holder->data->opinion_count &&
+           holder->data->opinions[anchor + 1].source == set->anchor)
         anchor++;
-    for (uint32_t i = 0; i < prim->opinion_count; i++)
-        for (uint32_t j = anchor + 1; j < holder->opinion_count; j++)
-            if (prim->opinions[i].source == holder->opinions[j].source)
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++)
+        for (uint32_t j = anchor + 1; j < holder->data->opinion_count; j++)
+            if (prim->data->opinions[i].source == holder->data->opinions[j].source)
                 return i;
-    return prim->opinion_count;
+    return prim->data->opinion_count;
 }
 
 static const CoField *cached_field(const CohortPrim *holder, const CoClipSet *set,
                                    const CohortPrim *prim, const char *name)
 {
     CoQueryKey key = {prim, name, CO_QUERY_CLIPS | (uint64_t)(uintptr_t)set << 8, 0};
-    co_stage_lock(prim->stage);
-    const CoAnswer *answer = co_stage_find_answer(prim->stage, &key);
+    co_stage_lock(prim->data->stage);
+    const CoAnswer *answer = co_stage_find_answer(prim->data->stage, &key);
     if (!answer)
-        answer = co_stage_keep_answer(prim->stage, &key,
+        answer = co_stage_keep_answer(prim->data->stage, &key,
                                       &(CoAnswer){.data = field_of_set(holder, set, prim, name)});
     const CoField *field = answer ? answer->data : NULL;
-    co_stage_unlock(prim->stage);
+    co_stage_unlock(prim->data->stage);
     return field;
 }
 
 CoValueSource co_clips_value_source(const CohortPrim *prim, const char *name, uint32_t first,
                                     uint32_t last)
 {
-    for (const CoClips *clips = prim->clips; clips; clips = clips->outer)
+    for (const CoClips *clips = prim->data->clips; clips; clips = clips->outer)
         for (size_t i = 0; i < clips->count; i++) {
             const CoClipSet *set = &clips->sets[i];
             uint32_t rank = set_rank(clips->prim, set, prim);

@@ -20,8 +20,12 @@ static const CoSource *link_sources(CoComposer *c, const CoNode *node)
     CoSource *sources = co_composer_array(c, stack->layer_count, sizeof *sources);
     for (size_t i = 0; i < stack->layer_count; i++) {
         const CoStackLayer *layer = &stack->layers[i];
-        sources[i] = (CoSource){layer->file, stack, map, map->scale * layer->offset + map->offset,
-                                map->scale * layer->scale, node->link->kind};
+        sources[i] = (CoSource){layer->file,
+                                stack,
+                                map,
+                                map->scale * layer->offset + map->offset,
+                                map->scale * layer->scale,
+                                node->link->kind};
     }
     node->link->sources = sources;
     return sources;
@@ -39,25 +43,31 @@ static CoOrdered order_nodes(CoComposer *c, const CoGraph *graph)
     return out;
 }
 
-static void gather_opinions(CoComposer *c, CohortPrim *prim, const CoGraph *graph,
-                            const CoOrdered *ordered)
+static CoPrimData *gather_opinions(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
+                                   const CoOrdered *ordered)
 {
+    CoComposer *c = &stage->composer;
     size_t count = 0;
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         count += node->is_inert ? 0 : node->site->spec_count;
     }
-    CoOpinion *opinions = co_composer_array(c, count, sizeof *opinions);
-    prim->opinions = opinions;
+    CoPrimData *data = co_composer_alloc(c, sizeof *data + count * sizeof *data->opinions);
+    data->stage = stage;
+    data->path = graph->nodes[0].site->path;
+    data->above = prim->parent ? prim->parent->data : NULL;
+    data->type = "";
+    prim->data = data;
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         if (node->is_inert || !node->site->spec_count)
             continue;
         const CoSource *sources = link_sources(c, node);
         for (uint32_t j = 0; j < node->site->spec_count; j++)
-            opinions[prim->opinion_count++] =
+            data->opinions[data->opinion_count++] =
                 (CoOpinion){node->site->specs[j].spec, &sources[node->site->specs[j].layer]};
     }
+    return data;
 }
 
 // ---- What a prim is
@@ -96,10 +106,10 @@ static CohortSpecifier compose_specifier(const CoGraph *graph, const CoOrdered *
     return out;
 }
 
-static bool compose_bool(const CohortPrim *prim, const char *name, bool fallback)
+static bool compose_bool(const CoPrimData *data, const char *name, bool fallback)
 {
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
-        const CoField *field = co_spec_field(prim->opinions[i].spec, name);
+    for (uint32_t i = 0; i < data->opinion_count; i++) {
+        const CoField *field = co_spec_field(data->opinions[i].spec, name);
         bool value;
         if (field && co_value_bool(&field->value, &value))
             return value;
@@ -107,25 +117,23 @@ static bool compose_bool(const CohortPrim *prim, const char *name, bool fallback
     return fallback;
 }
 
-static void compose_identity(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
-                             const CoOrdered *ordered)
+static void compose_identity(CoPrimData *data, const CoGraph *graph, const CoOrdered *ordered)
 {
-    const CoFieldNames *names = &stage->composer.names;
-    prim->type = "";
-    for (uint32_t i = 0; i < prim->opinion_count && !*prim->type; i++) {
-        const char *type = prim->opinions[i].spec->type_name;
+    const CoFieldNames *names = &data->stage->composer.names;
+    for (uint32_t i = 0; i < data->opinion_count && !*data->type; i++) {
+        const char *type = data->opinions[i].spec->type_name;
         if (type && type != names->any_type)
-            prim->type = type;
+            data->type = type;
     }
-    prim->specifier = (uint8_t)compose_specifier(graph, ordered);
-    bool parent_defined = prim->parent->flags & CO_PRIM_DEFINED;
-    bool parent_abstract = prim->parent->flags & CO_PRIM_ABSTRACT;
-    if (compose_bool(prim, names->active, true))
-        prim->flags |= CO_PRIM_ACTIVE;
-    if (parent_defined && prim->specifier != COHORT_SPECIFIER_OVER)
-        prim->flags |= CO_PRIM_DEFINED;
-    if (parent_abstract || prim->specifier == COHORT_SPECIFIER_CLASS)
-        prim->flags |= CO_PRIM_ABSTRACT;
+    data->specifier = (uint8_t)compose_specifier(graph, ordered);
+    bool parent_defined = data->above->flags & CO_PRIM_DEFINED;
+    bool parent_abstract = data->above->flags & CO_PRIM_ABSTRACT;
+    if (compose_bool(data, names->active, true))
+        data->flags |= CO_PRIM_ACTIVE;
+    if (parent_defined && data->specifier != COHORT_SPECIFIER_OVER)
+        data->flags |= CO_PRIM_DEFINED;
+    if (parent_abstract || data->specifier == COHORT_SPECIFIER_CLASS)
+        data->flags |= CO_PRIM_ABSTRACT;
 }
 
 // ---- Instances
@@ -167,15 +175,15 @@ static void grow_instances(CohortStage *stage)
             *find_instance(stage, old[i].key, old[i].length, old[i].hash) = old[i];
 }
 
-// Equal keys, equal children: the same sites by the same arcs at the same times, below ancestors that
-// are defined and abstract alike, which their children inherit.
+// Equal keys, equal children: the same sites by the same arcs at the same times, below ancestors
+// that are defined and abstract alike, which their children inherit.
 static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
                                   const CoOrdered *ordered)
 {
     CoComposer *c = &stage->composer;
     uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4 + 1, sizeof *key);
     size_t length = 0;
-    key[length++] = prim->flags & (CO_PRIM_DEFINED | CO_PRIM_ABSTRACT);
+    key[length++] = prim->data->flags & (CO_PRIM_DEFINED | CO_PRIM_ABSTRACT);
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         if (!node->is_instanceable || !node->site->spec_count)
@@ -310,20 +318,20 @@ static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, u
 {
     CoComposer *c = &stage->composer;
     CoOrdered ordered = order_nodes(c, graph);
-    gather_opinions(c, prim, graph, &ordered);
-    compose_identity(stage, prim, graph, &ordered);
-    if (!(prim->flags & CO_PRIM_ACTIVE))
+    CoPrimData *data = gather_opinions(stage, prim, graph, &ordered);
+    compose_identity(data, graph, &ordered);
+    if (!(data->flags & CO_PRIM_ACTIVE))
         return;
-    prim->clips = co_clips_compose(stage, prim);
-    if (compose_bool(prim, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
-        prim->flags |= CO_PRIM_INSTANCE;
+    data->clips = co_clips_compose(stage, prim);
+    if (compose_bool(data, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
+        data->flags |= CO_PRIM_INSTANCE;
         CohortPrim *prototype = find_prototype(stage, prim, graph, &ordered);
-        prim->prototype = prototype;
+        data->prototype = prototype;
         if (prototype != prim) {
             prim->children = prototype->children;
-            prim->child_count = prototype->child_count;
-            prim->shown = prototype->shown;
-            prim->shown_count = prototype->shown_count;
+            data->child_count = prototype->data->child_count;
+            data->shown = prototype->data->shown;
+            data->shown_count = prototype->data->shown_count;
             return;
         }
     }
@@ -332,68 +340,22 @@ static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, u
 
 static bool is_shown(const CohortPrim *prim)
 {
-    return (prim->flags & (CO_PRIM_ACTIVE | CO_PRIM_DEFINED | CO_PRIM_ABSTRACT)) ==
+    return (prim->data->flags & (CO_PRIM_ACTIVE | CO_PRIM_DEFINED | CO_PRIM_ABSTRACT)) ==
            (CO_PRIM_ACTIVE | CO_PRIM_DEFINED);
 }
 
 static void note_shown(CoComposer *c, CohortPrim *prim)
 {
-    for (uint32_t i = 0; i < prim->child_count; i++)
-        prim->shown_count += is_shown(&prim->children[i]);
-    if (prim->shown_count == prim->child_count)
+    CoPrimData *data = prim->data;
+    for (uint32_t i = 0; i < data->child_count; i++)
+        data->shown_count += is_shown(&prim->children[i]);
+    if (data->shown_count == data->child_count)
         return;
-    uint32_t *shown = co_composer_array(c, prim->shown_count, sizeof *shown), count = 0;
-    for (uint32_t i = 0; i < prim->child_count; i++)
+    uint32_t *shown = co_composer_array(c, data->shown_count, sizeof *shown), count = 0;
+    for (uint32_t i = 0; i < data->child_count; i++)
         if (is_shown(&prim->children[i]))
             shown[count++] = i;
-    prim->shown = shown;
-}
-
-// ---- Children by name
-// -----------------------------------------------------------------------------
-#define WIDE 16 // with fewer children, looking at each is as fast
-
-static CoChildSlot *find_wide(const CohortStage *stage, const CohortPrim *siblings,
-                              const char *name)
-{
-    uint64_t h = co_hash64((uint64_t)(uintptr_t)siblings * 7 ^ (uint64_t)(uintptr_t)name);
-    for (size_t at = h & (stage->wide_capacity - 1);; at = (at + 1) & (stage->wide_capacity - 1)) {
-        CoChildSlot *slot = &stage->children[at];
-        if (!slot->child || (slot->siblings == siblings && slot->child->path->name == name))
-            return slot;
-    }
-}
-
-static void enter_children(CohortStage *stage, CohortPrim *prim)
-{
-    if (prim->child_count <= WIDE)
-        return;
-    size_t wanted = 2 * (stage->wide_count + prim->child_count);
-    if (wanted > stage->wide_capacity) {
-        CoChildSlot *old = stage->children;
-        size_t count = stage->wide_capacity, capacity = count ? count : 64;
-        while (capacity < wanted)
-            capacity *= 2;
-        stage->children = co_composer_array(&stage->composer, capacity, sizeof *old);
-        stage->wide_capacity = capacity;
-        for (size_t i = 0; i < count; i++)
-            if (old[i].child)
-                *find_wide(stage, old[i].siblings, old[i].child->path->name) = old[i];
-    }
-    for (uint32_t i = 0; i < prim->child_count; i++)
-        *find_wide(stage, prim->children, prim->children[i].path->name) =
-            (CoChildSlot){prim->children, &prim->children[i]};
-    stage->wide_count += prim->child_count;
-}
-
-const CohortPrim *co_prim_find_child(const CohortPrim *prim, const char *name)
-{
-    if (prim->child_count > WIDE)
-        return find_wide(prim->stage, prim->children, name)->child;
-    for (uint32_t i = 0; i < prim->child_count; i++)
-        if (prim->children[i].path->name == name)
-            return &prim->children[i];
-    return NULL;
+    data->shown = shown;
 }
 
 static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
@@ -403,7 +365,7 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
     if (depth >= c->options.max_depth)
         co_composer_fail(c, COHORT_ERROR_LIMIT, "prims are nested deeper than max_depth allows");
     CoOrdered visible = *ordered;
-    bool is_instance = prim->flags & CO_PRIM_INSTANCE;
+    bool is_instance = prim->data->flags & CO_PRIM_INSTANCE;
     if (is_instance) {
         visible = (CoOrdered){co_composer_scratch(c, ordered->count, sizeof(uint32_t)), 0};
         for (uint32_t i = 0; i < ordered->count; i++)
@@ -422,17 +384,14 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
         CoGraph child_graph;
         co_prim_index_child(c, graph, is_instance, names.items[i].a, &child_graph);
         if (!co_prim_index_is_prohibited(&child_graph)) {
-            CohortPrim *child = &prim->children[prim->child_count++];
+            CohortPrim *child = &prim->children[prim->data->child_count++];
             child->parent = prim;
-            child->stage = stage;
-            child->path = child_graph.nodes[0].site->path;
             stage->prim_count++;
             compose_prim(stage, child, &child_graph, depth + 1);
         }
         co_arena_rewind(&c->scratch, mark);
     }
     note_shown(c, prim);
-    enter_children(stage, prim);
 }
 
 void co_stage_compose(CohortStage *stage)
@@ -441,11 +400,8 @@ void co_stage_compose(CohortStage *stage)
     CoGraph graph;
     co_prim_index_root(c, stage->stack, &graph);
     CohortPrim *root = &stage->root;
-    *root = (CohortPrim){.stage = stage,
-                         .path = &c->paths.root,
-                         .type = "",
-                         .flags = CO_PRIM_ACTIVE | CO_PRIM_DEFINED};
     CoOrdered ordered = order_nodes(c, &graph);
-    gather_opinions(c, root, &graph, &ordered);
+    CoPrimData *data = gather_opinions(stage, root, &graph, &ordered);
+    data->flags = CO_PRIM_ACTIVE | CO_PRIM_DEFINED;
     compose_children(stage, root, &graph, &ordered, 0);
 }

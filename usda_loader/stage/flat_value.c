@@ -17,7 +17,7 @@ void *co_flat_alloc(CoFlattener *flat, size_t count, size_t size)
 // ---------------------------------------------------------------------------------------
 static CohortString flat_asset(CoFlattener *flat, const CohortString *text, const CoSource *source)
 {
-    CohortStage *stage = flat->stage->root.stage;
+    CohortStage *stage = flat->stage->self;
     CohortAsset asset;
     co_stage_lock(stage);
     bool ok = co_asset_locate(stage, source, text, &asset);
@@ -163,9 +163,9 @@ static const CoSpec *next_spec(CoPropertyWalk *walk, const char *property, const
         *source = walk->source;
         return walk->spec;
     }
-    if (walk->next >= walk->prim->opinion_count)
+    if (walk->next >= walk->prim->data->opinion_count)
         return NULL;
-    const CoOpinion *opinion = &walk->prim->opinions[walk->next++];
+    const CoOpinion *opinion = &walk->prim->data->opinions[walk->next++];
     *source = opinion->source;
     return opinion->spec;
 }

@@ -60,8 +60,8 @@ static CoSpec *flatten_property(CoFlattener *flat, const CohortPrim *prim, const
             out->type_name = walk.spec->type_name;
     }
     // Only "uniform" is ever authored, so any opinion of it counts; a relationship is one.
-    for (uint32_t i = 0; i < prim->opinion_count && !out->is_uniform; i++) {
-        const CoSpec *spec = co_spec_property(prim->opinions[i].spec, name);
+    for (uint32_t i = 0; i < prim->data->opinion_count && !out->is_uniform; i++) {
+        const CoSpec *spec = co_spec_property(prim->data->opinions[i].spec, name);
         out->is_uniform = spec && (spec->is_uniform || spec->kind == CO_SPEC_RELATIONSHIP);
     }
     if (out->kind == CO_SPEC_ATTRIBUTE) {
@@ -82,12 +82,12 @@ static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoP
 static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *prim,
                              const CoPath *path)
 {
-    out->children = co_flat_alloc(flat, prim->child_count, sizeof *out->children);
-    for (uint32_t i = 0; i < prim->child_count; i++) {
+    out->children = co_flat_alloc(flat, prim->data->child_count, sizeof *out->children);
+    for (uint32_t i = 0; i < prim->data->child_count; i++) {
         const CohortPrim *child = &prim->children[i];
-        if (!(child->flags & CO_PRIM_ACTIVE))
+        if (!(child->data->flags & CO_PRIM_ACTIVE))
             continue;
-        const CoPath *child_path = co_path_child(&flat->paths, path, child->path->name);
+        const CoPath *child_path = co_path_child(&flat->paths, path, co_prim_name(child));
         if (!child_path)
             longjmp(flat->escape, 1);
         CoSpec *made = flatten_prim(flat, child, child_path);
@@ -96,12 +96,13 @@ static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *p
     }
 }
 
-// The same path, in the flattener's own table.
-static const CoPath *own_path(CoFlattener *flat, const CoPath *path)
+// The prim's path in the flattener's own table.
+static const CoPath *own_path(CoFlattener *flat, const CohortPrim *prim)
 {
-    if (!path->parent)
+    if (!prim->parent)
         return &flat->paths.root;
-    const CoPath *own = co_path_child(&flat->paths, own_path(flat, path->parent), path->name);
+    const CoPath *own =
+        co_path_child(&flat->paths, own_path(flat, prim->parent), co_prim_name(prim));
     if (!own)
         longjmp(flat->escape, 1);
     return own;
@@ -122,21 +123,21 @@ static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoP
 {
     CoSpec *out = co_flat_alloc(flat, 1, sizeof *out);
     out->kind = CO_SPEC_PRIM;
-    out->name = prim->path->name;
-    out->specifier = (CohortSpecifier)prim->specifier;
-    out->type_name = prim->type;
+    out->name = co_prim_name(prim);
+    out->specifier = (CohortSpecifier)prim->data->specifier;
+    out->type_name = prim->data->type;
     co_flat_fields(flat, out, prim, NULL);
     CohortValue instanceable;
     const char *field = flat->stage->composer.names.instanceable;
-    if (!(prim->flags & CO_PRIM_INSTANCE) && co_prim_field(prim, NULL, field, &instanceable))
+    if (!(prim->data->flags & CO_PRIM_INSTANCE) && co_prim_field(prim, NULL, field, &instanceable))
         co_flat_add_field(flat, out, field,
                           (CoValue){instanceable.type, false, 1, instanceable.data});
     flatten_properties(flat, out, prim);
     CoRenaming renaming = {NULL, path, flat->renaming};
-    bool is_shared = prim->prototype && prim->prototype != prim;
+    bool is_shared = prim->data->prototype && prim->data->prototype != prim;
     const CoRenaming *outer = flat->renaming;
     if (is_shared) {
-        renaming.from = own_path(flat, prim->prototype->path);
+        renaming.from = own_path(flat, prim->data->prototype);
         flat->renaming = &renaming;
     }
     flatten_children(flat, out, prim, path);

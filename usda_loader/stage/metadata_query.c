@@ -14,7 +14,8 @@ typedef struct CoFieldStack {
 
 static bool gather(const CohortPrim *prim, const char *property, const char *key, CoFieldStack *out)
 {
-    out->fields = co_stage_alloc(prim->stage, (size_t)prim->opinion_count + 1, sizeof *out->fields);
+    out->fields = co_stage_alloc(prim->data->stage, (size_t)prim->data->opinion_count + 1,
+                                 sizeof *out->fields);
     if (!out->fields)
         return false;
     if (property) {
@@ -26,8 +27,8 @@ static bool gather(const CohortPrim *prim, const char *property, const char *key
         }
         return true;
     }
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
-        const CoField *field = co_spec_field(prim->opinions[i].spec, key);
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
+        const CoField *field = co_spec_field(prim->data->opinions[i].spec, key);
         if (field)
             out->fields[out->count++] = field;
     }
@@ -122,7 +123,7 @@ static CoAnswer apply_all(const CohortStage *stage, const CoFieldStack *stack)
 
 bool co_prim_field(const CohortPrim *prim, const char *property, const char *key, CohortValue *out)
 {
-    const CohortStage *stage = prim->stage;
+    const CohortStage *stage = prim->data->stage;
     const char *token = co_token(key, strlen(key));
     if (property)
         property = co_token(property, strlen(property));
@@ -131,8 +132,8 @@ bool co_prim_field(const CohortPrim *prim, const char *property, const char *key
     // The common case needs no memory: one opinion, and of a plain kind.
     CoPropertyWalk walk = co_property_walk(prim, property);
     const CoField *strongest = NULL;
-    for (uint32_t i = 0; !property && i < prim->opinion_count && !strongest; i++)
-        strongest = co_spec_field(prim->opinions[i].spec, token);
+    for (uint32_t i = 0; !property && i < prim->data->opinion_count && !strongest; i++)
+        strongest = co_spec_field(prim->data->opinions[i].spec, token);
     while (property && !strongest && co_property_next(&walk))
         strongest = co_spec_field(walk.spec, token);
     if (!strongest || strongest->value.type == COHORT_TYPE_BLOCK)
@@ -143,7 +144,7 @@ bool co_prim_field(const CohortPrim *prim, const char *property, const char *key
         *out = (CohortValue){value->type, value->is_array, value->count, value->data};
         return true;
     }
-    CoQueryKey query = {prim, token, CO_QUERY_METADATA, 0};
+    CoQueryKey query = {prim->data, token, CO_QUERY_METADATA, 0};
     memcpy(&query.time, &property,
            sizeof query.time < sizeof property ? sizeof query.time : sizeof property);
     co_stage_lock(stage);

@@ -2,6 +2,8 @@
 
 #include "compose/fields.h"
 
+#include "base/hash.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,8 +14,8 @@ CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name)
 
 bool co_property_next(CoPropertyWalk *walk)
 {
-    while (walk->name && walk->next < walk->prim->opinion_count) {
-        const CoOpinion *opinion = &walk->prim->opinions[walk->next++];
+    while (walk->name && walk->next < walk->prim->data->opinion_count) {
+        const CoOpinion *opinion = &walk->prim->data->opinions[walk->next++];
         const CoSpec *spec = co_spec_property(opinion->spec, walk->name);
         if (!spec)
             continue;
@@ -86,16 +88,11 @@ static size_t find_name(const char *const *names, size_t count, const CohortStri
 
 // propertyOrder moves what it names; each takes along the unnamed ones that follow it. `sorted` has
 // room for `count` names and as many flags.
-static void reorder(const CohortPrim *prim, const char **names, size_t count, const char **sorted,
-                    bool *is_named)
+static void reorder(const CoField *order_field, const char **names, size_t count,
+                    const char **sorted, bool *is_named)
 {
-    const CoField *field = NULL;
-    for (uint32_t i = 0; i < prim->opinion_count && !field; i++)
-        field = co_spec_field(prim->opinions[i].spec, prim->stage->composer.names.propertyOrder);
-    if (!field || field->value.type != COHORT_TYPE_TOKEN)
-        return;
-    const CohortString *order = field->value.data;
-    for (size_t k = 0; k < field->value.count; k++) {
+    const CohortString *order = order_field->value.data;
+    for (size_t k = 0; k < order_field->value.count; k++) {
         size_t at = find_name(names, count, &order[k]);
         if (at < count)
             is_named[at] = true;
@@ -103,7 +100,7 @@ static void reorder(const CohortPrim *prim, const char **names, size_t count, co
     size_t made = 0;
     for (size_t i = 0; i < count && !is_named[i]; i++)
         sorted[made++] = names[i];
-    for (size_t k = 0; k < field->value.count; k++) {
+    for (size_t k = 0; k < order_field->value.count; k++) {
         size_t at = find_name(names, count, &order[k]);
         if (at == count || find_name(sorted, made, &order[k]) < made)
             continue;
@@ -114,53 +111,105 @@ static void reorder(const CohortPrim *prim, const char **names, size_t count, co
     memcpy(names, sorted, count * sizeof *names);
 }
 
-static CoAnswer property_names(const CohortPrim *prim)
+static const CoField *property_order(const CoPrimData *data)
 {
-    const CohortStage *stage = prim->stage;
-    CoQueryKey key = {prim, NULL, CO_QUERY_PROPERTIES, 0};
-    const CoAnswer *known = co_stage_find_answer(stage, &key);
-    if (known)
-        return *known;
-    size_t most = 0, count = 0;
-    for (uint32_t i = 0; i < prim->opinion_count; i++)
-        most += prim->opinions[i].spec->property_count;
-    const char **names = co_stage_alloc(stage, 2 * most + 1, sizeof *names);
-    bool *flags = co_stage_alloc(stage, most + 1, sizeof *flags);
-    if (!names || !flags)
-        return (CoAnswer){0};
-    for (uint32_t i = 0; i < prim->opinion_count; i++)
-        for (size_t j = 0; j < prim->opinions[i].spec->property_count; j++)
-            names[count++] = prim->opinions[i].spec->properties[j]->name;
-    if (count > 1)
-        qsort(names, count, sizeof *names, compare_names);
-    size_t unique = 0;
-    for (size_t i = 0; i < count; i++)
-        if (!unique || names[unique - 1] != names[i])
-            names[unique++] = names[i];
-    if (unique > 1)
-        reorder(prim, names, unique, names + most, flags);
-    CoAnswer answer = {.data = names, .count = unique};
-    co_stage_keep_answer(stage, &key, &answer);
-    return answer;
+    const CoField *field = NULL;
+    for (uint32_t i = 0; i < data->opinion_count && !field; i++)
+        field = co_spec_field(data->opinions[i].spec, data->stage->composer.names.propertyOrder);
+    return field && field->value.type == COHORT_TYPE_TOKEN ? field : NULL;
 }
 
-static CoAnswer locked_names(const CohortPrim *prim)
+// A list of `count` authored names, made and put in order in the answers' arena.
+static const CoNameList *make_names(const CoPrimData *data, const char *const *authored,
+                                    size_t count, const CoField *order)
 {
-    co_stage_lock(prim->stage);
-    CoAnswer answer = property_names(prim);
-    co_stage_unlock(prim->stage);
-    return answer;
+    CoNameList *list = co_stage_alloc(data->stage, 1, sizeof *list);
+    const char **names = co_stage_alloc(data->stage, count, sizeof *names);
+    if (!list || !names)
+        return NULL;
+    memcpy(names, authored, count * sizeof *names);
+    qsort(names, count, sizeof *names, compare_names);
+    for (size_t i = 0; i < count; i++)
+        if (!list->count || names[list->count - 1] != names[i])
+            names[list->count++] = names[i];
+    list->names = names;
+    list->authored = authored;
+    list->authored_count = count;
+    if (order && list->count > 1) {
+        const char **sorted = co_stage_alloc(data->stage, list->count, sizeof *sorted);
+        bool *flags = co_stage_alloc(data->stage, list->count, sizeof *flags);
+        if (!sorted || !flags)
+            return NULL;
+        reorder(order, names, list->count, sorted, flags);
+    }
+    return list;
+}
+
+// What opinions hold, one after another; NULL when memory is at an end.
+static const char **authored_names(const CoPrimData *data, size_t *count)
+{
+    size_t most = 0;
+    for (uint32_t i = 0; i < data->opinion_count; i++)
+        most += data->opinions[i].spec->property_count;
+    const char **names = co_stage_alloc(data->stage, most, sizeof *names);
+    *count = 0;
+    for (uint32_t i = 0; names && i < data->opinion_count; i++)
+        for (size_t j = 0; j < data->opinions[i].spec->property_count; j++)
+            names[(*count)++] = data->opinions[i].spec->properties[j]->name;
+    return names;
+}
+
+static const CoNameList empty_names = {0};
+
+// The list of a prim (with the lock held): that of another prim with the same names, if any.
+static const CoNameList *find_names(const CoPrimData *data)
+{
+    const CohortStage *stage = data->stage;
+    CoArenaMark mark = co_arena_mark(&stage->answers_arena);
+    size_t count;
+    const char **authored = authored_names(data, &count);
+    if (!authored || !count)
+        return authored ? &empty_names : NULL;
+    const CoField *order = property_order(data);
+    uint64_t hash = co_hash_bytes(authored, count * sizeof *authored, 0);
+    CoQueryKey key = {NULL, NULL, CO_QUERY_PROPERTIES | hash << 8, 0};
+    const CoAnswer *known = order ? NULL : co_stage_find_answer(stage, &key);
+    const CoNameList *list = known ? known->data : NULL;
+    if (list && list->authored_count == count &&
+        !memcmp(list->authored, authored, count * sizeof *authored)) {
+        co_arena_rewind(&stage->self->answers_arena, mark);
+        return list;
+    }
+    list = make_names(data, authored, count, order);
+    if (list && !order && !known)
+        co_stage_keep_answer(stage, &key, &(CoAnswer){.data = list});
+    return list;
+}
+
+static const CoNameList *property_names(const CohortPrim *prim)
+{
+    CoPrimData *data = prim->data;
+    const CoNameList *list = atomic_load_explicit(&data->properties, memory_order_acquire);
+    if (list)
+        return list;
+    co_stage_lock(data->stage);
+    list = find_names(data);
+    co_stage_unlock(data->stage);
+    // Two threads may both get here, each with a list of the same names that stays.
+    if (list)
+        atomic_store_explicit(&data->properties, list, memory_order_release);
+    return list ? list : &empty_names;
 }
 
 size_t cohort_prim_property_count(const CohortPrim *prim)
 {
-    return locked_names(prim).count;
+    return property_names(prim)->count;
 }
 
 const char *cohort_prim_property_name(const CohortPrim *prim, size_t i)
 {
-    CoAnswer answer = locked_names(prim);
-    return i < answer.count ? ((const char *const *)answer.data)[i] : NULL;
+    const CoNameList *list = property_names(prim);
+    return i < list->count ? list->names[i] : NULL;
 }
 
 static CoSpecKind property_kind(const CohortPrim *prim, const char *name)
@@ -194,24 +243,25 @@ bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char
 // -------------------------------------------------------------------------------------
 static bool is_known_above(const CohortPrim *prim, const CoSource *source)
 {
-    for (uint32_t i = 0; prim->parent && i < prim->parent->opinion_count; i++)
-        if (prim->parent->opinions[i].source == source)
+    const CoPrimData *above = prim->data->above;
+    for (uint32_t i = 0; above && i < above->opinion_count; i++)
+        if (above->opinions[i].source == source)
             return true;
     return false;
 }
 
 size_t cohort_prim_opinion_count(const CohortPrim *prim)
 {
-    return prim->opinion_count;
+    return prim->data->opinion_count;
 }
 
 bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out)
 {
     static const char *const arcs[] = {"local",     "inherit", "variant",   "relocate",
                                        "reference", "payload", "specialize"};
-    if (i >= prim->opinion_count)
+    if (i >= prim->data->opinion_count)
         return false;
-    const CoOpinion *opinion = &prim->opinions[i];
+    const CoOpinion *opinion = &prim->data->opinions[i];
     *out = (CohortOpinion){opinion->source->file->path, opinion->spec->line,
                            arcs[opinion->source->arc], !is_known_above(prim, opinion->source)};
     return true;

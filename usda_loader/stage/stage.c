@@ -38,7 +38,7 @@ CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *optio
     CO_CHECK_NULL(path && *path, err, COHORT_ERROR_ARGUMENT, "no path given");
     CohortStage *stage = co_alloc_zero(CO_MEMORY_USDA, sizeof *stage);
     CO_CHECK_NULL(stage, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    stage->root.stage = stage;
+    stage->self = stage;
     stage->answers_arena.tag = CO_MEMORY_USDA;
     stage->has_lock = pthread_mutex_init(&stage->lock, NULL) == 0;
     if (stage->has_lock && co_composer_init(&stage->composer, options, err) &&
@@ -115,7 +115,7 @@ void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out)
     info.has_time_range = stage_number(stage, "endTimeCode", &info.end_time_code) && has_start;
     for (size_t i = 0; i < stage->composer.file_count; i++)
         info.layer_count += stage->composer.files[i]->layer != NULL;
-    CohortStage *own = stage->root.stage;
+    CohortStage *own = stage->self;
     co_stage_lock(stage);
     if (!own->has_hash) {
         own->hash = hash_layers(stage);
@@ -137,8 +137,8 @@ const char *cohort_stage_layer(const CohortStage *stage, size_t i)
 
 static void note_earliest(const CohortPrim *prim, double *earliest, const CoFieldNames *names)
 {
-    for (uint32_t i = 0; i < prim->opinion_count; i++) {
-        const CoOpinion *opinion = &prim->opinions[i];
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
+        const CoOpinion *opinion = &prim->data->opinions[i];
         for (size_t j = 0; j < opinion->spec->property_count; j++) {
             const CoField *field = co_spec_field(opinion->spec->properties[j], names->timeSamples);
             const CoTimeSamples *samples = field ? co_value_samples(&field->value) : NULL;
@@ -150,14 +150,14 @@ static void note_earliest(const CohortPrim *prim, double *earliest, const CoFiel
             *earliest = fmin(*earliest, fmin(first, last));
         }
     }
-    bool is_shared = prim->prototype && prim->prototype != prim;
-    for (uint32_t i = 0; !is_shared && i < prim->child_count; i++)
+    bool is_shared = prim->data->prototype && prim->data->prototype != prim;
+    for (uint32_t i = 0; !is_shared && i < prim->data->child_count; i++)
         note_earliest(&prim->children[i], earliest, names);
 }
 
 bool cohort_stage_earliest_time(const CohortStage *stage, double *out)
 {
-    CohortStage *own = stage->root.stage;
+    CohortStage *own = stage->self;
     co_stage_lock(stage);
     if (!own->has_earliest) {
         double earliest = (double)INFINITY;

@@ -8,6 +8,7 @@
 #include "compose/prim_index.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 
 // See clips.h.
 typedef struct CoClips CoClips;
@@ -25,21 +26,34 @@ enum {
     CO_PRIM_INSTANCE = 8
 };
 
-struct CohortPrim {
-    const CohortPrim *parent;
+// Names of properties in order. Prims with the same properties share one.
+typedef struct CoNameList {
+    size_t count, authored_count;
+    const char *const *names;    // unique and sorted
+    const char *const *authored; // as the opinions hold them
+} CoNameList;
+
+// What composition found out about a prim. Prims that say the same but for where they hang share
+// it (share.h); only `properties` is filled in later, by whoever asks first.
+typedef struct CoPrimData {
     CohortStage *stage;
-    const CoPath *path;
-    const char *type;          // token
-    const CoOpinion *opinions; // strongest first
-    CohortPrim *children;      // all of them, in order; an instance's are its prototype's
-    const uint32_t *shown;     // which children iteration shows; NULL: all
+    const CoPath *path;             // of the prim that was composed
+    const struct CoPrimData *above; // of its parent; NULL for the pseudo-root
+    const char *type;               // token
+    const CoClips *clips;           // of this prim or an ancestor; NULL: none
     const CohortPrim *prototype;
-    const CoClips *clips; // of this prim or an ancestor; NULL: none
+    const uint32_t *shown; // which children iteration shows; NULL: all
+    _Atomic(const CoNameList *) properties;
     uint32_t opinion_count, child_count, shown_count;
     uint8_t specifier, flags;
-};
+    CoOpinion opinions[]; // strongest first
+} CoPrimData;
 
-_Static_assert(sizeof(CohortPrim) <= 128, "a prim stays small");
+struct CohortPrim {
+    const CohortPrim *parent;
+    CoPrimData *data;
+    CohortPrim *children; // all of them, in order; an instance's are its prototype's
+};
 
 // What a cached answer is about.
 typedef enum CoQueryKind {
@@ -52,7 +66,8 @@ typedef enum CoQueryKind {
     CO_QUERY_TARGETS,
     CO_QUERY_VARIANT_SETS,
     CO_QUERY_VARIANTS,
-    CO_QUERY_CLIPS
+    CO_QUERY_CLIPS,
+    CO_QUERY_CHILDREN
 } CoQueryKind;
 
 typedef struct CoQueryKey {
@@ -82,22 +97,14 @@ typedef struct CoInstanceSlot {
     CohortPrim *prim;
 } CoInstanceSlot;
 
-// A child of a prim with many, by name.
-typedef struct CoChildSlot {
-    CohortPrim *siblings; // the array it is in
-    CohortPrim *child;
-} CoChildSlot;
-
 struct CohortStage {
     CoComposer composer;
+    CohortStage *self; // to fill the cache of a const stage
     CoStack *stack;
     CohortPrim root;
     size_t prim_count;
     CoInstanceSlot *instances; // prototypes by key, open addressing
     size_t instance_count, instance_capacity;
-    CoChildSlot
-        *children; // open addressing over (siblings, name), only of prims with many children
-    size_t wide_count, wide_capacity;
     pthread_mutex_t lock; // guards all below
     CoArena answers_arena;
     CoAnswerSlot *answers;
@@ -112,6 +119,18 @@ void co_stage_compose(CohortStage *stage);
 
 // The child of that name (a token), or NULL.
 const CohortPrim *co_prim_find_child(const CohortPrim *prim, const char *name);
+
+static inline const char *co_prim_name(const CohortPrim *prim)
+{
+    return prim->data->path->name;
+}
+
+// Writes the prim's path with a NUL, at most `size` bytes, and returns the full length.
+size_t co_prim_path_text(const CohortPrim *prim, char *out, size_t size);
+
+// Where shared data was composed and where the prim stands: a path that starts with *from in the
+// one starts with *to in the other. The pseudo-root twice when the data is the prim's own.
+void co_prim_renaming(const CohortPrim *prim, const CoPath **from, const CohortPrim **to);
 
 // ---- Answers ------------------------------------------------------------------------------------
 // Queries that need memory: lock, look up, else work out in the arena and keep. `lock` is not

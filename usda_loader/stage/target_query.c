@@ -7,7 +7,7 @@
 #include <string.h>
 
 typedef struct CoTargetContext {
-    const CohortStage *stage;
+    const CohortPrim *prim;
     const CoSource *source;
 } CoTargetContext;
 
@@ -20,14 +20,26 @@ static size_t prim_length(const CohortString *path)
     return i;
 }
 
+// Adds the elements of `path` below `top` to the `length` bytes written so far.
+static size_t put_below(const CoPath *path, const CoPath *top, char *out, size_t length)
+{
+    if (path == top || !path->parent)
+        return length;
+    length = put_below(path->parent, top, out, length);
+    size_t size = strlen(path->name);
+    out[length++] = '/';
+    memcpy(out + length, path->name, size);
+    return length + size;
+}
+
 static bool translate(void *context, const CohortString *in, CohortString *out)
 {
     const CoTargetContext *at = context;
-    CohortStage *stage = at->stage->root.stage;
     if (co_map_is_identity(at->source->to_root)) {
         *out = *in;
         return true;
     }
+    CohortStage *stage = at->prim->data->stage;
     CoPathTable *paths = &stage->composer.paths;
     size_t length = prim_length(in);
     bool malformed;
@@ -35,11 +47,21 @@ static bool translate(void *context, const CohortString *in, CohortString *out)
     path = path ? co_map_to_target(paths, at->source->to_root, path) : NULL;
     if (!path)
         return false;
+    // The map leads to where the data was composed; from there to this prim.
+    const CoPath *from;
+    const CohortPrim *to;
+    co_prim_renaming(at->prim, &from, &to);
+    size_t start = to->parent ? co_prim_path_text(to, NULL, 0) : 0;
     size_t size = co_path_text(path, NULL, 0), rest = in->length - length;
-    char *text = co_stage_alloc(stage, size + rest + 1, 1);
+    char *text = co_stage_alloc(stage, start + size + rest + 1, 1);
     if (!text)
         return false;
-    co_path_text(path, text, size + 1);
+    if (start) {
+        co_prim_path_text(to, text, start + 1);
+        size = put_below(path, from, text, start);
+    } else {
+        co_path_text(path, text, size + 1);
+    }
     memcpy(text + size, in->text + length, rest);
     *out = (CohortString){text, size + rest};
     return true;
@@ -48,12 +70,13 @@ static bool translate(void *context, const CohortString *in, CohortString *out)
 static CoAnswer compose_targets(const CohortPrim *prim, const char *name, const char *field_name,
                                 CoSpecKind kind)
 {
-    const CohortStage *stage = prim->stage;
+    const CohortStage *stage = prim->data->stage;
     CoEditList list = {.stage = stage, .item_size = sizeof(CohortString), .is_text = true};
     CoPropertyWalk walk = co_property_walk(prim, name);
-    const CoField **fields = co_stage_alloc(stage, (size_t)prim->opinion_count + 1, sizeof *fields);
+    const CoField **fields =
+        co_stage_alloc(stage, (size_t)prim->data->opinion_count + 1, sizeof *fields);
     const CoSource **sources =
-        co_stage_alloc(stage, (size_t)prim->opinion_count + 1, sizeof *sources);
+        co_stage_alloc(stage, (size_t)prim->data->opinion_count + 1, sizeof *sources);
     size_t count = 0;
     if (!fields || !sources)
         return (CoAnswer){0};
@@ -67,7 +90,7 @@ static CoAnswer compose_targets(const CohortPrim *prim, const char *name, const 
             break;
     }
     for (size_t i = count; i-- > 0;) {
-        CoTargetContext context = {stage, sources[i]};
+        CoTargetContext context = {prim, sources[i]};
         CoEditTranslate via = {translate, &context};
         if (!co_edit_list_apply(&list, co_value_list_op(&fields[i]->value), &via))
             return (CoAnswer){0};
@@ -81,7 +104,7 @@ static CoAnswer compose_targets(const CohortPrim *prim, const char *name, const 
 static size_t query(const CohortPrim *prim, const char *name, CoSpecKind kind,
                     const char *const **out)
 {
-    const CohortStage *stage = prim->stage;
+    const CohortStage *stage = prim->data->stage;
     const CoFieldNames *names = &stage->composer.names;
     const char *field = kind == CO_SPEC_ATTRIBUTE ? names->connectionPaths : names->targetPaths;
     CoQueryKey key = {prim, co_token(name, strlen(name)), CO_QUERY_TARGETS | (uint64_t)kind << 8,

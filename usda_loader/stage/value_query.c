@@ -10,11 +10,11 @@
 // The strongest source that the walk has not passed yet.
 static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
 {
-    const CoFieldNames *names = &walk->prim->stage->composer.names;
+    const CoFieldNames *names = &walk->prim->data->stage->composer.names;
     for (bool more = true; more;) {
-        uint32_t first = walk->next, opinions = walk->prim->opinion_count;
+        uint32_t first = walk->next, opinions = walk->prim->data->opinion_count;
         more = co_property_next(walk) && walk->kind == CO_SPEC_ATTRIBUTE;
-        if (walk->name && walk->prim->clips && !at_default) {
+        if (walk->name && walk->prim->data->clips && !at_default) {
             uint32_t last = more ? walk->next - 1 : opinions;
             CoValueSource clips = co_clips_value_source(walk->prim, walk->name, first, last);
             // Past the end, so that no set is asked twice.
@@ -116,7 +116,7 @@ static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out);
 static bool plain_value(CoPropertyWalk *walk, const CoValueSource *from, const CoValue *value,
                         double time, CohortValue *out)
 {
-    const CohortStage *stage = walk->prim->stage;
+    const CohortStage *stage = walk->prim->data->stage;
     if (value->type != COHORT_TYPE_ARRAY_EDIT)
         return co_value_in_stage(stage, value, from->source, out);
     CohortType type;
@@ -132,7 +132,7 @@ static bool plain_value(CoPropertyWalk *walk, const CoValueSource *from, const C
 
 static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out)
 {
-    const CohortStage *stage = walk->prim->stage;
+    const CohortStage *stage = walk->prim->data->stage;
     CoValueSource from = next_source(walk, isnan(time));
     if (!from.field)
         return false;
@@ -167,18 +167,19 @@ size_t cohort_prim_time_samples(const CohortPrim *prim, const char *name, const 
         return samples->count;
     }
     CoQueryKey key = {samples, from.source, CO_QUERY_TIMES, 0};
-    co_stage_lock(prim->stage);
-    const CoAnswer *answer = co_stage_find_answer(prim->stage, &key);
-    double *scaled = answer ? NULL : co_stage_alloc(prim->stage, samples->count, sizeof *scaled);
+    co_stage_lock(prim->data->stage);
+    const CoAnswer *answer = co_stage_find_answer(prim->data->stage, &key);
+    double *scaled =
+        answer ? NULL : co_stage_alloc(prim->data->stage, samples->count, sizeof *scaled);
     if (scaled) {
         bool is_backwards = from.source->scale < 0;
         for (size_t i = 0; i < samples->count; i++)
             scaled[is_backwards ? samples->count - 1 - i : i] =
                 samples->times[i] * from.source->scale + from.source->offset;
-        answer = co_stage_keep_answer(prim->stage, &key, &(CoAnswer){.data = scaled});
+        answer = co_stage_keep_answer(prim->data->stage, &key, &(CoAnswer){.data = scaled});
     }
     if (answer)
         *times = answer->data;
-    co_stage_unlock(prim->stage);
+    co_stage_unlock(prim->data->stage);
     return answer ? samples->count : 0;
 }
