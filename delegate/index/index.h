@@ -25,7 +25,8 @@ typedef struct CoPrim {
     uint32_t id;     // of the object, light or material in the scene; INVALID before the first sync
     int32_t prim_id; // meshes
     bool is_visible;
-    bool has_geometry; // meshes: the scene's object is set
+    bool has_geometry;   // meshes: the scene's object is set
+    size_t subset_count; // meshes: with that many subsets
     bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor
     double transform[4][4];
     CohortCameraSource camera;

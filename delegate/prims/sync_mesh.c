@@ -1,10 +1,11 @@
 #include "base/error.h"
 #include "prims/sync.h"
 
-// What a change of makes the mesh itself new; the rest only moves or hides it.
+// What a change of makes the mesh itself new; the rest moves it, hides it or gives it other
+// materials.
 enum {
-    SHAPE_BITS = COHORT_DIRTY_MATERIAL_ID | COHORT_DIRTY_PRIMVAR | COHORT_DIRTY_POINTS |
-                 COHORT_DIRTY_TOPOLOGY | COHORT_DIRTY_SUBDIV_TAGS | COHORT_DIRTY_DISPLAY_STYLE
+    SHAPE_BITS = COHORT_DIRTY_PRIMVAR | COHORT_DIRTY_POINTS | COHORT_DIRTY_TOPOLOGY |
+                 COHORT_DIRTY_SUBDIV_TAGS | COHORT_DIRTY_DISPLAY_STYLE
 };
 
 static uint32_t material_id(CohortRenderIndex *index, const CoPrim *mesh, const char *path)
@@ -59,7 +60,35 @@ static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
     return cohort_scene_set_mesh(index->scene, prim->id, &desc, reason);
 }
 
-static bool sync_shape(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)
+static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
+                           const CohortMeshSource *source, CohortError *reason)
+{
+    size_t count = source->mesh.subset_count;
+    uint32_t *ids = cohort_pull_array(pull, count + 1, sizeof *ids);
+    CO_CHECK_MEMORY(ids, reason);
+    for (size_t i = 0; i < count; i++)
+        ids[i] =
+            material_id(index, prim, source->subset_materials ? source->subset_materials[i] : NULL);
+    index->counts.bindings_set++;
+    return cohort_scene_set_mesh_materials(index->scene, prim->id,
+                                           material_id(index, prim, source->material), ids, count,
+                                           reason);
+}
+
+// Other subsets are another mesh, whatever the host's bits say.
+static bool apply(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
+                  const CohortMeshSource *source, CohortError *reason)
+{
+    bool is_same_shape = !(prim->dirty & SHAPE_BITS) && prim->has_geometry &&
+                         source->mesh.subset_count == prim->subset_count;
+    if (is_same_shape)
+        return bind_materials(index, prim, pull, source, reason);
+    index->counts.meshes_set++;
+    prim->subset_count = source->mesh.subset_count;
+    return set_mesh(index, prim, pull, source, reason);
+}
+
+static bool sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)
 {
     if (prim->id == COHORT_INVALID_ID)
         prim->id = cohort_scene_new_object(index->scene, err);
@@ -68,13 +97,12 @@ static bool sync_shape(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
     CohortError reason = {0};
     CohortMeshSource source = {0};
     source.mesh.material = COHORT_INVALID_ID;
-    index->counts.meshes_set++;
     index->needs_commit = true;
     bool had_geometry = prim->has_geometry;
     prim->has_geometry =
         prim->scene->get_mesh &&
         prim->scene->get_mesh(prim->scene->cookie, pull, prim->path, &source, &reason) &&
-        set_mesh(index, prim, pull, &source, &reason);
+        apply(index, prim, pull, &source, &reason);
     if (prim->has_geometry != had_geometry)
         index->containers[prim->container].is_dirty = true;
     if (prim->has_geometry)
@@ -90,5 +118,6 @@ bool co_sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, Coho
         return false;
     if (moved)
         index->containers[prim->container].is_dirty = true;
-    return !(prim->dirty & SHAPE_BITS) || sync_shape(index, prim, pull, err);
+    bool is_changed = (prim->dirty & (SHAPE_BITS | COHORT_DIRTY_MATERIAL_ID)) != 0;
+    return !is_changed || sync_mesh(index, prim, pull, err);
 }

@@ -51,10 +51,10 @@ static uint32_t lookup_need(const CohortRender *render, const CoHitRecord *hit)
 {
     const CohortScene *scene = render->scene;
     const CoMesh *mesh = scene->accel.objects[hit->object].mesh;
-    uint32_t id = co_mesh_face_material(mesh, co_mesh_tri_face(mesh, hit->tri));
-    if (id >= scene->material_count)
+    uint32_t slot = co_mesh_face_material(mesh, co_mesh_tri_face(mesh, hit->tri));
+    const CoMaterial *m = co_scene_material(scene, hit->object, slot);
+    if (!m)
         return 0;
-    const CoMaterial *m = &scene->materials[id];
     const uint32_t *words = &render->batch.records.words[(size_t)hit->record * render->ray_words];
     if (!m->may_pass && co_ray_kind(words) == CO_RAY_LIGHT)
         return 0;

@@ -84,6 +84,7 @@ static void object_clear(CoSceneObject *object)
     co_scene_object_release(object);
     if (object->kind == CO_OBJECT_MESH)
         co_mesh_destroy(&object->mesh);
+    co_free(TAG, object->materials, object->material_slots * sizeof *object->materials);
     co_free(TAG, object->edits, object->edit_count * sizeof *object->edits);
     co_free(TAG, object->edit_colors, object->edit_count * 3 * sizeof(float));
     memset(object, 0, sizeof *object);
@@ -179,6 +180,31 @@ static void mesh_warn(void *cookie, const char *text)
     co_scene_warn(w->scene, COHORT_SEVERITY_WARNING, w->path, text);
 }
 
+// The mesh keeps a slot by face and the object the material by slot, so that other materials need no
+// other mesh. Gives the description with slots; its subsets are scratch.
+static bool make_slots(CoSceneObject *o, const CohortMeshDesc *desc, CohortMeshDesc *slotted,
+                       CohortError *err)
+{
+    size_t count = desc->subset_count;
+    CO_CHECK(count < UINT32_MAX, err, COHORT_ERROR_LIMIT, "%zu subsets in one mesh", count);
+    CO_CHECK(desc->subsets || count == 0, err, COHORT_ERROR_ARGUMENT, "subsets are missing");
+    *slotted = *desc;
+    slotted->material = 0;
+    CohortSubsetDesc *subsets = co_alloc(TAG, (count + 1) * sizeof *subsets);
+    o->materials = co_alloc(TAG, (count + 1) * sizeof *o->materials);
+    slotted->subsets = subsets;
+    o->material_slots = o->materials ? (uint32_t)count + 1 : 0;
+    CO_CHECK(subsets && o->materials, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory for %zu subsets", count);
+    o->materials[0] = desc->material;
+    for (size_t i = 0; i < count; i++) {
+        o->materials[i + 1] = desc->subsets[i].material;
+        subsets[i] = desc->subsets[i];
+        subsets[i].material = (uint32_t)i + 1;
+    }
+    return true;
+}
+
 static bool moved_mesh_create(const CohortMeshDesc *desc, CoSceneObject *object, MeshWarning *warning,
                               CohortError *err)
 {
@@ -209,11 +235,33 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
     MeshWarning warning = {scene, desc->path};
     choose_origin(desc, o->origin);
     bool is_moved = o->origin[0] != 0.0 || o->origin[1] != 0.0 || o->origin[2] != 0.0;
-    bool ok = is_moved ? moved_mesh_create(desc, o, &warning, err)
-                       : co_mesh_create(desc, &o->mesh, mesh_warn, &warning, err);
+    CohortMeshDesc slotted = {.subsets = NULL};
+    bool ok = make_slots(o, desc, &slotted, err);
+    if (ok)
+        ok = is_moved ? moved_mesh_create(&slotted, o, &warning, err)
+                      : co_mesh_create(&slotted, &o->mesh, mesh_warn, &warning, err);
+    co_free(TAG, (void *)(uintptr_t)slotted.subsets,
+            (desc->subset_count + 1) * sizeof *slotted.subsets);
     if (ok)
         o->kind = CO_OBJECT_MESH;
     return ok;
+}
+
+bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32_t material,
+                                     const uint32_t *subset_materials, size_t subset_count,
+                                     CohortError *err)
+{
+    if (!check_object(scene, object, err))
+        return false;
+    CoSceneObject *o = &scene->objects[object];
+    CO_CHECK(o->kind == CO_OBJECT_MESH && o->material_slots == subset_count + 1, err,
+             COHORT_ERROR_ARGUMENT, "object %u is no mesh of %zu subsets", object, subset_count);
+    o->materials[0] = material;
+    for (size_t i = 0; i < subset_count; i++)
+        o->materials[i + 1] = subset_materials[i];
+    scene->counts.material_binds++;
+    scene->is_committed = false;
+    return true;
 }
 
 bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortInstanceDesc *instances,

@@ -29,7 +29,9 @@ typedef struct CoSceneObject {
     bool is_dirty;    // edited since the last commit
     CoVisit visit;    // state of the walk for cycles and build order
     double origin[3]; // mesh: subtracted from its points, so that far-away points keep their bits
-    CoMesh mesh;
+    CoMesh mesh;         // its materials are slots: 0 for faces in no subset, then the subsets
+    uint32_t *materials; // mesh: [material_slots] material of each slot, COHORT_INVALID_ID = none
+    uint32_t material_slots;
     CoBvh *bvh;
     CohortInstanceDesc *edits; // group: as given; display_color points into edit_colors
     float *edit_colors;        // [edit_count][3]
@@ -153,6 +155,14 @@ void co_scene_object_release(CoSceneObject *object);
 
 // Makes room for one more element in an array that grows by doubling. False when out of memory.
 bool co_scene_grow(void **array, uint32_t *capacity, uint32_t count, size_t element_size);
+
+// The material in a slot of a mesh; NULL where none is bound or it was never set.
+static inline const CoMaterial *co_scene_material(const CohortScene *scene, uint32_t object,
+                                                  uint32_t slot)
+{
+    uint32_t id = scene->objects[object].materials[slot];
+    return id < scene->material_count && scene->materials[id].is_set ? &scene->materials[id] : NULL;
+}
 
 // Steps of cohort_scene_commit, in the files of their names.
 bool co_scene_commit_objects(CohortScene *scene, CohortError *err);

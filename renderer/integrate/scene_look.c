@@ -27,11 +27,11 @@ static bool open_textures(CohortScene *scene, const CohortSceneOptions *options,
 }
 
 // A mesh whose Ptex faces are not those of the file it is textured with shows missing colors there.
-static void check_ptex(CohortScene *scene, uint32_t object, uint32_t material)
+static void check_ptex(CohortScene *scene, uint32_t object, uint32_t slot)
 {
-    if (material >= scene->material_count)
+    const CoMaterial *m = co_scene_material(scene, object, slot);
+    if (!m)
         return;
-    const CoMaterial *m = &scene->materials[material];
     const CoMesh *mesh = &scene->objects[object].mesh;
     for (uint32_t i = 0; i < m->lookup_count; i++) {
         if (!m->lookups[i].is_ptex)
@@ -75,10 +75,10 @@ static void survey_materials(CohortScene *scene)
         const CoMesh *mesh = &scene->objects[i].mesh;
         uint32_t last = COHORT_INVALID_ID;
         for (uint32_t face = 0; face < mesh->face_count; face++) {
-            uint32_t material = co_mesh_face_material(mesh, face);
-            if (material != last)
-                check_ptex(scene, i, material);
-            last = material;
+            uint32_t slot = co_mesh_face_material(mesh, face);
+            if (slot != last)
+                check_ptex(scene, i, slot);
+            last = slot;
         }
     }
 }

@@ -57,9 +57,7 @@ void co_vertex_make(const CohortScene *scene, const CoPlacementMemo *memo, const
     out->memo = memo;
     CoSurface *s = &out->hit.surface;
     co_mesh_surface(mesh, hit->tri, hit->u, hit->v, s);
-    out->material = s->material < scene->material_count && scene->materials[s->material].is_set
-                        ? &scene->materials[s->material]
-                        : NULL;
+    out->material = co_scene_material(scene, placement->object, s->material);
     out->p = co_affine_point(&placement->to_world, s->p);
     out->start = co_affine_point(&placement->to_world, s->start);
     out->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ng));

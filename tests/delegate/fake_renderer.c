@@ -96,6 +96,21 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
     return true;
 }
 
+bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32_t material,
+                                     const uint32_t *subset_materials, size_t subset_count,
+                                     CohortError *err)
+{
+    (void)scene;
+    (void)err;
+    note_edit();
+    FakeObject *o = object_at(object);
+    o->material = material;
+    if (subset_count)
+        o->subset_material = subset_materials[0];
+    fake.counts.material_binds++;
+    return true;
+}
+
 bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
                             const CohortInstanceDesc *instances, size_t count, CohortError *err)
 {

@@ -136,7 +136,7 @@ static void test_each_bit_is_counted_alone(void **state)
         const char *path;
         CohortPrimType type;
         uint32_t bits, rebuilds;
-    } prims[] = {{"/mesh", COHORT_PRIM_MESH, 0xff, 0xfc},
+    } prims[] = {{"/mesh", COHORT_PRIM_MESH, 0xff, 0xf8},
                  {"/instancer", COHORT_PRIM_INSTANCER, 0x303, 0},
                  {"/camera", COHORT_PRIM_CAMERA, 0x401, 0},
                  {"/light", COHORT_PRIM_LIGHT, 0xc03, 0},
@@ -156,6 +156,39 @@ static void test_each_bit_is_counted_alone(void **state)
             assert_memory_equal(before.by_bit, after.by_bit, sizeof before.by_bit);
             assert_int_equal(after.scene.mesh_builds, before.scene.mesh_builds + rebuilt);
         }
+}
+
+// A binding edit gives the mesh another material, builds nothing and pulls the mesh once.
+static void test_rebinding_builds_nothing(void **state)
+{
+    (void)state;
+    static const CohortMaterialNode surface = {.path = "/one/S", .id = "UsdPreviewSurface"};
+    static const CohortMaterialNetwork network = {&surface, 1, 0};
+    host.network = &network;
+    host.material = "/one";
+    insert(COHORT_PRIM_MATERIAL, "/one", NULL, 0);
+    insert(COHORT_PRIM_MATERIAL, "/two", NULL, 0);
+    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync();
+    uint32_t object = fake.objects[0].instances[0].object;
+    assert_int_equal(fake.objects[object].material, 0);
+    host.material = "/two";
+    uint64_t groups = fake.set_group_calls;
+    cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_MATERIAL_ID);
+    sync();
+    CohortSyncCounts counts;
+    cohort_render_index_counts(render_index, &counts);
+    assert_int_equal(fake.objects[object].material, 1);
+    assert_int_equal(fake.set_mesh_calls, 1);
+    assert_int_equal(fake.set_group_calls, groups);
+    assert_int_equal(counts.bindings_set, 1);
+    assert_int_equal(counts.meshes_set, 1);
+    assert_int_equal(counts.scene.material_binds, 1);
+    // Materials that turn plain or back are bindings too.
+    cohort_delegate_set_bool(delegate, "enableSceneMaterials", false, NULL);
+    sync();
+    assert_int_equal(fake.objects[object].material, COHORT_INVALID_ID);
+    assert_int_equal(fake.set_mesh_calls, 1);
 }
 
 static void test_visibility_hides(void **state)
@@ -371,6 +404,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_camera_and_light_edits_leave_geometry, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(test_each_bit_is_counted_alone, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rebinding_builds_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(test_visibility_hides, setup, teardown),
         cmocka_unit_test_setup_teardown(test_remove_empties_the_scene, setup, teardown),
         cmocka_unit_test_setup_teardown(test_prototype_exists_once, setup, teardown),

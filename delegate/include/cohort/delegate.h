@@ -297,7 +297,8 @@ typedef enum CohortDirty {
 typedef struct CohortSyncCounts {
     uint64_t by_bit[COHORT_PRIM_TYPE_COUNT]
                    [COHORT_DIRTY_BIT_COUNT]; // prims synced with that bit set
-    uint64_t meshes_set, groups_set, lights_set, materials_set, cameras_set; // edits of the scene
+    // Edits of the scene; bindings_set counts meshes that got other materials and nothing else.
+    uint64_t meshes_set, bindings_set, groups_set, lights_set, materials_set, cameras_set;
     uint64_t commits, render_starts;
     CohortSceneCounts scene; // what the edits made the renderer rebuild
 } CohortSyncCounts;

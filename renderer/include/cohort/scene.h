@@ -126,6 +126,12 @@ uint32_t cohort_scene_new_object(CohortScene *scene, CohortError *err);
 bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMeshDesc *desc,
                            CohortError *err);
 
+// Gives a mesh other materials and rebuilds nothing. `subset_materials` has one id for each subset
+// that the mesh was set with, in their order.
+bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32_t material,
+                                     const uint32_t *subset_materials, size_t subset_count,
+                                     CohortError *err);
+
 // Makes the object a group: instances of other objects, which must not lead back to it. Object 0 is
 // the root group and exists from the start.
 bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortInstanceDesc *instances,
@@ -280,6 +286,7 @@ typedef struct CohortSceneOptions {
 typedef struct CohortSceneCounts {
     uint64_t mesh_builds;   // tessellations and bottom-level BVHs
     uint64_t group_builds;  // top-level BVHs
+    uint64_t material_binds; // cohort_scene_set_mesh_materials
     uint64_t light_builds, material_builds, camera_builds, texture_opens;
     uint64_t triangle_count, mesh_count, instance_count; // of the scene as it stands
     uint64_t geometry_bytes, accel_bytes;
