@@ -13,6 +13,26 @@ struct CoArenaChunk {
 
 _Static_assert(sizeof(CoArenaChunk) == 64, "chunk data starts on a cache line");
 
+// Under AddressSanitizer what is not handed out may not be touched, and a gap between blocks
+// catches who runs over the end of one.
+#if defined(__SANITIZE_ADDRESS__)
+#define HAS_POISON 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define HAS_POISON 1
+#endif
+#endif
+#ifdef HAS_POISON
+#include <sanitizer/asan_interface.h>
+#define GAP_BYTES 16
+#define POISON(at, size) ASAN_POISON_MEMORY_REGION(at, size)
+#define UNPOISON(at, size) ASAN_UNPOISON_MEMORY_REGION(at, size)
+#else
+#define GAP_BYTES 0
+#define POISON(at, size) ((void)0)
+#define UNPOISON(at, size) ((void)0)
+#endif
+
 static CoArenaChunk *push_chunk(CoArena *arena, size_t size)
 {
     size_t wanted = CHUNK_BYTES;
@@ -30,6 +50,7 @@ static CoArenaChunk *push_chunk(CoArena *arena, size_t size)
     chunk->used = 0;
     arena->chunk = chunk;
     arena->total += wanted;
+    POISON(chunk + 1, wanted);
     return chunk;
 }
 
@@ -37,14 +58,15 @@ void *co_arena_alloc(CoArena *arena, size_t size)
 {
     if (size > SIZE_MAX / 4)
         return NULL;
-    size = (size + 15) & ~(size_t)15;
+    size_t taken = ((size + 15) & ~(size_t)15) + GAP_BYTES;
     CoArenaChunk *chunk = arena->chunk;
-    if (!chunk || chunk->size - chunk->used < size)
-        chunk = push_chunk(arena, size);
+    if (!chunk || chunk->size - chunk->used < taken)
+        chunk = push_chunk(arena, taken);
     if (!chunk)
         return NULL;
     char *ptr = (char *)(chunk + 1) + chunk->used;
-    chunk->used += size;
+    chunk->used += taken;
+    UNPOISON(ptr, size);
     memset(ptr, 0, size);
     return ptr;
 }
@@ -74,10 +96,13 @@ void co_arena_rewind(CoArena *arena, CoArenaMark mark)
         CoArenaChunk *chunk = arena->chunk;
         arena->chunk = chunk->previous;
         arena->total -= chunk->size;
+        UNPOISON(chunk + 1, chunk->size);
         co_free(arena->tag, chunk, sizeof *chunk + chunk->size);
     }
-    if (arena->chunk)
-        arena->chunk->used = mark.used;
+    if (!arena->chunk)
+        return;
+    POISON((char *)(arena->chunk + 1) + mark.used, arena->chunk->used - mark.used);
+    arena->chunk->used = mark.used;
 }
 
 void co_arena_clear(CoArena *arena)

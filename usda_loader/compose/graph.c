@@ -250,16 +250,21 @@ static void compact(CoComposer *c, CoGraph *graph, const bool *keep)
         graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *moved);
     for (uint32_t i = 0; i < graph->count; i++)
         moved[i] = keep[i] ? count++ : CO_NO_NODE;
+    // Links first leave out what goes: a child may stand before its sibling in the array, so none
+    // may move before.
+    for (uint32_t i = 0; i < graph->count; i++) {
+        CoNode *node = &graph->nodes[i];
+        node->first_child = next_kept(graph, node->first_child, keep);
+        node->next_sibling = next_kept(graph, node->next_sibling, keep);
+    }
     for (uint32_t i = 0; i < graph->count; i++) {
         if (!keep[i])
             continue;
         CoNode node = graph->nodes[i];
-        uint32_t child = next_kept(graph, node.first_child, keep);
-        uint32_t sibling = next_kept(graph, node.next_sibling, keep);
-        node.first_child = child == CO_NO_NODE ? child : moved[child];
-        node.next_sibling = sibling == CO_NO_NODE ? sibling : moved[sibling];
-        node.parent = node.parent == CO_NO_NODE ? CO_NO_NODE : moved[node.parent];
-        node.origin = node.origin == CO_NO_NODE ? CO_NO_NODE : moved[node.origin];
+        uint32_t *links[] = {&node.first_child, &node.next_sibling, &node.parent, &node.origin};
+        for (int k = 0; k < 4; k++)
+            if (*links[k] != CO_NO_NODE)
+                *links[k] = moved[*links[k]];
         graph->nodes[moved[i]] = node;
     }
     graph->count = count;

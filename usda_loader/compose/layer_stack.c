@@ -60,6 +60,18 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
 }
 
 // ---- Variables --------------------------------------------------------------------------------
+// Equal variables are one object, so that a layer which refers to itself meets its own stack again.
+static const CoVariables *known_variables(const CoComposer *c, const CoVariable *items,
+                                          size_t count)
+{
+    for (size_t i = 0; i < c->stack_count; i++) {
+        const CoVariables *known = c->stacks[i]->variables;
+        if (known && known->count == count && !memcmp(known->items, items, count * sizeof *items))
+            return known;
+    }
+    return NULL;
+}
+
 static const CoVariables *stack_variables(CoComposer *c, const CoLayerFile *root,
                                           const CoVariables *overrides)
 {
@@ -80,6 +92,11 @@ static const CoVariables *stack_variables(CoComposer *c, const CoLayerFile *root
         if (is_new)
             items[count++] = (CoVariable){own->entries[i].key, own->entries[i].value};
     }
+    if (count == fixed)
+        return overrides;
+    const CoVariables *known = known_variables(c, items, count);
+    if (known)
+        return known;
     CoVariables *out = co_composer_alloc(c, sizeof *out);
     *out = (CoVariables){items, count};
     return out;

@@ -71,6 +71,8 @@ void co_parse_recover(CoParser *p);
 // ---- Words (words.c)
 bool co_parse_string(CoParser *p, CohortString *out);
 bool co_parse_asset(CoParser *p, CohortString *out);
+// Refuses what no asset path may hold, however it was quoted: control characters, bad UTF-8.
+bool co_asset_check(CoParser *p, const char *at, const CohortString *asset);
 // An identifier with C++ namespaces that is no keyword: a type or a metadata name.
 bool co_scan_type_name(CoScan *scan, CoSlice *out);
 bool co_slice_is(CoSlice slice, const char *text);

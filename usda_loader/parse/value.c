@@ -125,6 +125,8 @@ static bool parse_text(CoParser *p, CoScalar scalar, CohortString *out)
     const char *at = p->scan.at;
     if (!co_parse_string(p, out))
         return false;
+    if (scalar == CO_SCALAR_ASSET && !co_asset_check(p, at, out))
+        return false;
     size_t bad;
     if (scalar == CO_SCALAR_PATH_EXPRESSION && !co_expression_check(out->text, out->length, &bad))
         return co_parse_fail(p, at,

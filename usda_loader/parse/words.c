@@ -125,18 +125,19 @@ bool co_parse_string(CoParser *p, CohortString *out)
     return true;
 }
 
-// A code point that no asset path may contain, or false.
-static bool has_control(const char *text, size_t length)
+bool co_asset_check(CoParser *p, const char *at, const CohortString *asset)
 {
-    const char *end = text + length;
+    const char *text = asset->text, *end = text + asset->length;
     while (text < end) {
         uint32_t code = 0;
         size_t step = co_utf8_decode(text, end, &code);
-        if (step && (code < 0x20 || code == 0x7f || (code >= 0x80 && code < 0xa0)))
-            return true;
-        text += step ? step : 1;
+        if (!step)
+            return co_parse_fail(p, at, "found an asset path that is not UTF-8");
+        if (code < 0x20 || code == 0x7f || (code >= 0x80 && code < 0xa0))
+            return co_parse_fail(p, at, "found a control character in an asset path");
+        text += step;
     }
-    return false;
+    return true;
 }
 
 bool co_parse_asset(CoParser *p, CohortString *out)
@@ -161,8 +162,6 @@ bool co_parse_asset(CoParser *p, CohortString *out)
             i++;
         text[length++] = slice.begin[i];
     }
-    if (has_control(text, length))
-        return co_parse_fail(p, at, "found a control character in an asset path");
     *out = (CohortString){text, length};
-    return true;
+    return co_asset_check(p, at, out);
 }

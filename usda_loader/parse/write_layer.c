@@ -208,8 +208,10 @@ static void write_contents(CoWriter *w, const CoSpec *spec)
     w->depth--;
 }
 
-static void write_layer(CoWriter *w, const CoSpec *root)
+void co_write_layer(const CoLayer *layer, FILE *file)
 {
+    CoWriter writer = {.file = file}, *w = &writer;
+    const CoSpec *root = layer->root;
     co_write_text(w, "#usda 1.0\n");
     write_block(w, root, "");
     co_write_text(w, "\n");
@@ -258,15 +260,15 @@ bool co_layer_write(const CoLayer *layer, const char *path, CohortError *err)
 {
     char beside[4096];
     bool replaces = path && is_replaceable(path);
-    CoWriter writer = {.file = !path      ? stdout
-                               : replaces ? open_beside(path, beside, sizeof beside)
-                                          : fopen(path, "wb")};
-    if (!writer.file)
+    FILE *file = !path      ? stdout
+                 : replaces ? open_beside(path, beside, sizeof beside)
+                            : fopen(path, "wb");
+    if (!file)
         return fail(path, errno, err);
-    write_layer(&writer, layer->root);
-    bool good = fflush(writer.file) == 0 && !ferror(writer.file);
+    co_write_layer(layer, file);
+    bool good = fflush(file) == 0 && !ferror(file);
     int cause = good ? 0 : errno;
-    if (path && fclose(writer.file) != 0 && good) {
+    if (path && fclose(file) != 0 && good) {
         cause = errno;
         good = false;
     }

@@ -24,6 +24,10 @@ size_t co_format_float(float value, char out[CO_NUMBER_TEXT]);
 size_t co_format_half(uint16_t half, char out[CO_NUMBER_TEXT]);
 size_t co_format_integer(bool negative, uint64_t magnitude, char out[CO_NUMBER_TEXT]);
 
+// ---- write_layer.c
+// The whole layer onto an open stream, whose errors the caller looks for.
+void co_write_layer(const CoLayer *layer, FILE *file);
+
 // ---- write_value.c
 void co_write_text(CoWriter *w, const char *text);
 void co_write_indent(CoWriter *w);
