@@ -16,8 +16,11 @@ static bool distinct_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t
                             uint32_t points[CO_LEAF_WIDTH], size_t *point_count)
 {
     *point_count = 0;
+    uint32_t tri[3];
     for (size_t i = 0; i < 3 * count; i++) {
-        uint32_t point = mesh->indices[3 * (size_t)prims[i / 3].id + i % 3];
+        if (i % 3 == 0)
+            co_mesh_triangle(mesh, prims[i / 3].id, tri);
+        uint32_t point = tri[i % 3];
         size_t j = 0;
         while (j < *point_count && points[j] != point)
             j++;
@@ -51,9 +54,12 @@ static void pack_leaf(unsigned char *bytes, const CoMesh *mesh, const CoBuildPri
 {
     bytes[0] = (unsigned char)point_count;
     unsigned char *corner = bytes + 1;
-    for (size_t c = 0; c < 3; c++)
-        for (size_t i = 0; i < count; i++)
-            *corner++ = find_point(points, mesh->indices[3 * (size_t)prims[i].id + c]);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t tri[3];
+        co_mesh_triangle(mesh, prims[i].id, tri);
+        for (size_t c = 0; c < 3; c++)
+            corner[c * count + i] = find_point(points, tri[c]);
+    }
     bytes += co_leaf_tri_offset(count);
     for (size_t i = 0; i < count; i++, bytes += sizeof(uint32_t))
         memcpy(bytes, &prims[i].id, sizeof(uint32_t));
@@ -96,9 +102,10 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
     for (size_t i = begin; i < end; i++) {
         CoBox box;
         co_box_empty(&box);
+        uint32_t tri[3];
+        co_mesh_triangle(fill->mesh, (uint32_t)i, tri);
         for (int c = 0; c < 3; c++) {
-            const float *p =
-                fill->mesh->points + 3 * (size_t)fill->mesh->indices[3 * i + (size_t)c];
+            const float *p = fill->mesh->points + 3 * (size_t)tri[c];
             co_box_extend(&box, p, p);
         }
         memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);

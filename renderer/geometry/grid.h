@@ -16,6 +16,7 @@
 typedef struct CoGridPlace {
     uint32_t face;
     uint32_t valence;    // vertices of the face
+    uint32_t patch;      // quad grids
     uint32_t sub;        // sub-quad or fan triangle, 0 in whole faces
     uint32_t n;          // squares (or loop triangles) a side; 0 in fans and polygons
     uint32_t i[3], j[3]; // grid point of each corner
@@ -31,8 +32,15 @@ static inline uint32_t co_grid_valence(const CoMeshShading *s, uint32_t face)
     return n == 1 ? 4 : n;
 }
 
+static inline uint32_t co_grid_patch_face(const CoPatchTable *table, uint32_t patch)
+{
+    return table->face ? table->face[patch] : patch;
+}
+
 static inline uint32_t co_grid_face(const CoMeshShading *s, uint32_t tri)
 {
+    if (s->patches)
+        return co_grid_patch_face(s->patches, co_patch_of(s->patches, tri));
     return s->unit_face[tri >> s->unit_shift];
 }
 
@@ -57,38 +65,31 @@ static inline void co_grid_place_triangle(uint32_t n, uint32_t local, CoGridPlac
     p->j[2] = j + 1;
 }
 
-static inline void co_grid_place_square(uint32_t n, uint32_t local, CoGridPlace *p)
+static inline CoGridPlace co_grid_place_patch(const CoMeshShading *s, uint32_t tri)
 {
-    uint32_t square = local >> 1;
-    uint32_t i = square % n, j = square / n;
-    bool upper = local & 1;
-    p->i[0] = i;
-    p->j[0] = j;
-    p->i[1] = i + 1;
-    p->j[1] = upper ? j + 1 : j;
-    p->i[2] = upper ? i : i + 1;
-    p->j[2] = j + 1;
+    const CoPatchTable *table = s->patches;
+    CoGridPlace p = {.patch = co_patch_of(table, tri)};
+    p.face = co_grid_patch_face(table, p.patch);
+    p.valence = co_grid_valence(s, p.face);
+    p.sub = s->face_patch ? p.patch - s->face_patch[p.face] : 0;
+    const uint32_t *words = co_patch_words(table, p.patch);
+    if (co_patch_is_fan(table, words))
+        return p;
+    uint32_t shift = co_patch_shift(table, words);
+    p.n = 1u << shift;
+    co_patch_corners(shift, tri - co_patch_first_tri(table, p.patch), p.i, p.j);
+    return p;
 }
 
 static inline CoGridPlace co_grid_place(const CoMeshShading *s, uint32_t tri)
 {
+    if (s->patches)
+        return co_grid_place_patch(s, tri);
     CoGridPlace p = {.face = co_grid_face(s, tri)};
     p.valence = co_grid_valence(s, p.face);
-    if (s->grid == CO_GRID_POLYGON)
-        return p;
-    uint32_t local = tri - s->face_first_tri[p.face];
     if (s->grid == CO_GRID_TRIANGLE) {
         p.n = 1u << s->level;
-        co_grid_place_triangle(p.n, local, &p);
-    } else if (p.valence == 4) {
-        p.n = 1u << s->level;
-        co_grid_place_square(p.n, local, &p);
-    } else if (s->level == 0) {
-        p.sub = local;
-    } else {
-        p.n = 1u << (s->level - 1);
-        p.sub = local / (2 * p.n * p.n);
-        co_grid_place_square(p.n, local % (2 * p.n * p.n), &p);
+        co_grid_place_triangle(p.n, tri - s->face_first_tri[p.face], &p);
     }
     return p;
 }

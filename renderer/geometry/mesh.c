@@ -68,9 +68,10 @@ void co_mesh_warn(CoMeshBuild *build, const char *format, ...)
     build->warn(build->cookie, text);
 }
 
+// Of polygons; subdivision has found the box on the way.
 static void find_box(CoMesh *mesh)
 {
-    if (mesh->tri_count == 0)
+    if (mesh->tri_count == 0 || mesh->shading->grid != CO_GRID_POLYGON)
         return;
     const float *first = mesh->points + 3 * (size_t)mesh->indices[0];
     CoVec3 lo = co_vec3_load(first), hi = lo;

@@ -10,12 +10,14 @@
 #define CO_GEOMETRY_MESH_H
 
 #include "cohort/scene.h"
+#include "geometry/patch.h"
 #include "math/vec.h"
 
 // Public to the accel room; the rest is private to geometry.
 typedef struct CoMesh {
     const float *points;     // [point_count * 3], finite
-    const uint32_t *indices; // [tri_count * 3] into points, wound as authored
+    const uint32_t *indices; // [tri_count * 3] into points, wound as authored; or
+    const CoPatchTable *patches; // of subdivided quads, which have no indices; else NULL
     uint32_t point_count, tri_count;
     uint32_t face_count;     // faces of the cage
     uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)
@@ -23,6 +25,17 @@ typedef struct CoMesh {
     size_t bytes; // all memory of the mesh
     struct CoMeshShading *shading; // private to geometry
 } CoMesh;
+
+// The three points of a triangle.
+static inline void co_mesh_triangle(const CoMesh *mesh, uint32_t tri, uint32_t out[3])
+{
+    if (mesh->patches) {
+        co_patch_triangle(mesh->patches, tri, out);
+        return;
+    }
+    for (size_t c = 0; c < 3; c++)
+        out[c] = mesh->indices[3 * (size_t)tri + c];
+}
 
 // Called for things repaired on the way; text lives for the call.
 typedef void CoMeshWarnFn(void *cookie, const char *text);

@@ -48,9 +48,11 @@ typedef struct CoMeshShading {
     uint32_t level;
     bool left_handed;
     bool is_bilinear;
-    uint32_t unit_shift;            // triangles per unit, log2: a unit never spans two faces
+    const CoPatchTable *patches;    // of quad grids, the mesh's
+    const uint32_t *face_patch;     // [face_count] first patch, where a face has several; else NULL
+    uint32_t unit_shift;            // other grids: triangles per face, log2
     const uint32_t *unit_face;      // [tri_count >> unit_shift]
-    const uint32_t *face_first_tri; // [face_count]; NULL for polygon grids
+    const uint32_t *face_first_tri; // [face_count]; loop grids only
     const uint32_t *corner_first;   // [face_count] first corner element; NULL if nothing asks
     const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face
     const uint32_t *tri_corners;    // polygon grids: [tri_count * 3] face-vertices
@@ -58,7 +60,9 @@ typedef struct CoMeshShading {
     const float *face_centers;      // with face_vertices: [face_count * 3] average of the vertices
     const CoPrimvar *primvars;
     uint32_t primvar_count;
-    CoPrimvar normals;             // values NULL: none
+    CoPrimvar normals;             // authored, of polygons; values NULL: none
+    const uint32_t *limit_normals; // of limit surfaces, see unit_code.h; NULL: none
+    bool has_corner_normals;       // those are per corner element, not per point
     uint32_t material;             // of faces in no subset
     const uint32_t *face_material; // [face_count], NULL: all `material`
     uint32_t ptex_face_offset;

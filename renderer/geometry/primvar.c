@@ -152,8 +152,10 @@ static void corner_values(const CoMesh *mesh, const CoPrimvar *p, uint32_t tri,
                           const float *value[3])
 {
     if (p->kind == CO_PRIMVAR_POINT) {
-        for (size_t c = 0; c < 3; c++)
-            value[c] = element_value(p, mesh->indices[3 * (size_t)tri + c]);
+        uint32_t point[3];
+        co_mesh_triangle(mesh, tri, point);
+        for (int c = 0; c < 3; c++)
+            value[c] = element_value(p, point[c]);
         return;
     }
     CoGridPlace place = co_grid_place(mesh->shading, tri);
@@ -213,8 +215,10 @@ void co_mesh_texcoord(const CoMesh *mesh, int primvar, uint32_t tri, float u, fl
         return;
     const float *st[3];
     corner_values(mesh, source, tri, st);
+    uint32_t point[3];
     CoVec3 p[3];
-    for (size_t c = 0; c < 3; c++)
-        p[c] = co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)tri + c]);
+    co_mesh_triangle(mesh, tri, point);
+    for (int c = 0; c < 3; c++)
+        p[c] = co_vec3_load(mesh->points + 3 * (size_t)point[c]);
     texcoord_derivatives(p, st, out);
 }

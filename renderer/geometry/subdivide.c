@@ -35,19 +35,24 @@ static bool check_totals(CoMeshBuild *build, uint64_t points, uint64_t tris, uin
 }
 
 // Finds the first point, triangle and corner element of each face.
-static bool lay_out(CoSubdivision *s, uint32_t *first_tri, uint32_t *corner_first)
+static bool lay_out(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     uint32_t level = build->desc->level;
     uint64_t points = build->desc->point_count + (uint64_t)co_osd_edge_count(s->osd) * (s->n - 1);
     uint64_t tris = 0, corners = 0;
+    s->patch_count = 0;
+    s->has_split = false;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t cage = co_subdivision_cage_face(s, f), valence = (uint32_t)s->counts[f];
         s->face_point[f] = (uint32_t)points;
-        first_tri[cage] = (uint32_t)tris;
-        corner_first[cage] = (uint32_t)corners;
+        s->face_patch[f] = s->patch_count;
+        s->first_tri[cage] = (uint32_t)tris;
+        s->corner_first[cage] = (uint32_t)corners;
         if (s->is_live[f]) {
             points += inner_point_count(s, f);
+            s->patch_count += co_subdivision_patch_count(s, f);
+            s->has_split = s->has_split || co_subdivision_is_split(s, f);
             tris += co_grid_tri_count(s->grid, level, valence);
             corners += co_grid_corner_count(s->grid, level, valence);
         }
@@ -58,46 +63,6 @@ static bool lay_out(CoSubdivision *s, uint32_t *first_tri, uint32_t *corner_firs
     s->corner_count = (uint32_t)corners;
     build->mesh->tri_count = (uint32_t)tris;
     return true;
-}
-
-static uint32_t quad_point(const CoSubdivision *s, uint32_t face, uint32_t i, uint32_t j)
-{
-    uint32_t n = s->n;
-    const int32_t *vertex = s->indices + s->first[face];
-    bool left = i == 0, right = i == n, bottom = j == 0, top = j == n;
-    if ((left || right) && (bottom || top))
-        return (uint32_t)vertex[bottom ? right : 3 - right];
-    if (bottom)
-        return co_subdivision_face_edge_point(s, face, 0, i);
-    if (right)
-        return co_subdivision_face_edge_point(s, face, 1, j);
-    if (top)
-        return co_subdivision_face_edge_point(s, face, 2, n - i);
-    if (left)
-        return co_subdivision_face_edge_point(s, face, 3, n - j);
-    return s->face_point[face] + (j - 1) * (n - 1) + i - 1;
-}
-
-// Grid point of sub-quad k of an n-gon. Inside lie the center, then the spokes from the middle of
-// each edge to the center, then the inner points of each sub-quad.
-static uint32_t split_point(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t i,
-                            uint32_t j)
-{
-    uint32_t m = s->n / 2, valence = (uint32_t)s->counts[face];
-    uint32_t previous = (k + valence - 1) % valence, center = s->face_point[face];
-    if (i == 0 && j == 0)
-        return (uint32_t)s->indices[s->first[face] + k];
-    if (j == 0)
-        return co_subdivision_face_edge_point(s, face, k, i);
-    if (i == 0)
-        return co_subdivision_face_edge_point(s, face, previous, s->n - j);
-    if (i == m && j == m)
-        return center;
-    if (i == m)
-        return center + 1 + k * (m - 1) + j - 1;
-    if (j == m)
-        return center + 1 + previous * (m - 1) + i - 1;
-    return center + 1 + valence * (m - 1) + (k * (m - 1) + j - 1) * (m - 1) + i - 1;
 }
 
 static uint32_t triangle_point(const CoSubdivision *s, uint32_t face, uint32_t i, uint32_t j)
@@ -114,20 +79,6 @@ static uint32_t triangle_point(const CoSubdivision *s, uint32_t face, uint32_t i
         return co_subdivision_face_edge_point(s, face, 2, n - j);
     // Inner rows j = 1 .. n - 2 hold n - 1 - j points.
     return s->face_point[face] + (j - 1) * (2 * n - 2 - j) / 2 + i - 1;
-}
-
-static uint32_t grid_point(const CoSubdivision *s, uint32_t face, const CoGridPlace *p, int c)
-{
-    if (s->grid == CO_GRID_TRIANGLE)
-        return triangle_point(s, face, p->i[c], p->j[c]);
-    if (!co_subdivision_is_split(s, face))
-        return quad_point(s, face, p->i[c], p->j[c]);
-    if (p->n > 0)
-        return split_point(s, face, p->sub, p->i[c], p->j[c]);
-    if (c == 2)
-        return s->face_point[face];
-    uint32_t k = (p->sub + (uint32_t)c) % p->valence;
-    return (uint32_t)s->indices[s->first[face] + k];
 }
 
 typedef struct TriangleJob {
@@ -149,38 +100,27 @@ static void index_faces(void *context, size_t begin, size_t end, uint32_t worker
         for (uint32_t tri = first; tri < first + count; tri++) {
             CoGridPlace place = co_grid_place(shading, tri);
             for (int c = 0; c < 3; c++)
-                job->indices[3 * (size_t)tri + (size_t)c] = grid_point(s, f, &place, c);
+                job->indices[3 * (size_t)tri + (size_t)c] =
+                    triangle_point(s, f, place.i[c], place.j[c]);
         }
     }
 }
 
-// log2 of the triangles that surely share a face: of a sub-quad, or of a loop triangle.
-static uint32_t unit_shift(const CoSubdivision *s)
-{
-    uint32_t level = s->build->desc->level;
-    if (s->grid == CO_GRID_TRIANGLE)
-        return 2 * level;
-    return level == 0 ? 0 : 2 * level - 1;
-}
-
+// Loop grids: indices, and the face of each run of triangles.
 static bool make_triangles(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     CoMeshShading *shading = build->shading;
     size_t tri_count = build->mesh->tri_count;
     uint32_t *indices = co_mesh_keep(build, tri_count, 3 * sizeof *indices);
-    shading->unit_shift = unit_shift(s);
+    shading->unit_shift = 2 * build->desc->level;
     uint32_t *unit_face = co_mesh_keep(build, tri_count >> shading->unit_shift, sizeof *unit_face);
     CO_MESH_CHECK_MEMORY(build, indices);
     CO_MESH_CHECK_MEMORY(build, unit_face);
     uint32_t unit = 0;
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        if (!s->is_live[f])
-            continue;
-        uint64_t count = co_grid_tri_count(s->grid, shading->level, (uint32_t)s->counts[f]);
-        for (uint64_t k = 0; k < count >> shading->unit_shift; k++)
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (s->is_live[f])
             unit_face[unit++] = co_subdivision_cage_face(s, f);
-    }
     shading->unit_face = unit_face;
     TriangleJob job = {.s = s, .indices = indices};
     co_parallel_for(s->face_count, 256, index_faces, &job);
@@ -235,42 +175,36 @@ static void find_owners(CoSubdivision *s)
     }
 }
 
+static bool face_is_finite(const CoSubdivision *s, uint32_t face)
+{
+    const CoMesh *mesh = s->build->mesh;
+    uint32_t cage = co_subdivision_cage_face(s, face), point[3];
+    uint32_t first = s->first_tri[cage];
+    uint64_t count = co_grid_tri_count(s->grid, s->build->desc->level, (uint32_t)s->counts[face]);
+    for (uint32_t tri = first; tri < first + count; tri++) {
+        co_mesh_triangle(mesh, tri, point);
+        for (int c = 0; c < 3; c++)
+            if (!co_is_finite3(co_vec3_load(s->points + 3 * (size_t)point[c])))
+                return false;
+    }
+    return true;
+}
+
 // Drops faces whose points came out infinite, which far-off control points can do. Returns how
 // many.
 static size_t drop_overflown(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     size_t dropped = 0;
+    if (s->is_finite)
+        return 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t cage = co_subdivision_cage_face(s, f);
-        if (!s->is_live[f])
+        if (!s->is_live[f] || face_is_finite(s, f))
             continue;
-        const uint32_t *index =
-            build->mesh->indices + 3 * (size_t)build->shading->face_first_tri[cage];
-        size_t count = 3 * co_grid_tri_count(s->grid, build->desc->level, (uint32_t)s->counts[f]);
-        for (size_t k = 0; k < count; k++) {
-            if (co_is_finite3(co_vec3_load(s->points + 3 * (size_t)index[k])))
-                continue;
-            build->face_dropped[cage] = 1;
-            dropped++;
-            break;
-        }
+        build->face_dropped[co_subdivision_cage_face(s, f)] = 1;
+        dropped++;
     }
     return dropped;
-}
-
-static bool allocate_layout(CoSubdivision *s)
-{
-    CoMeshBuild *build = s->build;
-    s->face_point = co_mesh_scratch(build, s->face_count, sizeof *s->face_point);
-    s->is_live = co_mesh_scratch(build, s->face_count, 1);
-    s->vertex_owner = co_mesh_scratch(build, build->desc->point_count, sizeof *s->vertex_owner);
-    s->edge_owner = co_mesh_scratch(build, co_osd_edge_count(s->osd), sizeof *s->edge_owner);
-    CO_MESH_CHECK_MEMORY(build, s->face_point);
-    CO_MESH_CHECK_MEMORY(build, s->is_live);
-    CO_MESH_CHECK_MEMORY(build, s->vertex_owner);
-    CO_MESH_CHECK_MEMORY(build, s->edge_owner);
-    return true;
 }
 
 // Whether some value is kept per corner element.
@@ -282,25 +216,44 @@ static bool has_corner_values(const CoSubdivision *s)
     return s->has_normal_seams;
 }
 
+static bool allocate_layout(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    size_t point_count = build->desc->point_count, face_count = build->desc->face_count;
+    bool keep_corners = has_corner_values(s), is_loop = s->grid == CO_GRID_TRIANGLE;
+    CoMeshBlock **kept = &build->shading->blocks, **scratch = &build->scratch;
+    s->first_tri = co_mesh_block_alloc(is_loop ? kept : scratch, face_count, sizeof *s->first_tri);
+    s->corner_first =
+        co_mesh_block_alloc(keep_corners ? kept : scratch, face_count, sizeof *s->corner_first);
+    s->face_point = co_mesh_scratch(build, s->face_count, sizeof *s->face_point);
+    s->face_patch = co_mesh_scratch(build, s->face_count, sizeof *s->face_patch);
+    s->is_live = co_mesh_scratch(build, s->face_count, 1);
+    s->vertex_owner = co_mesh_scratch(build, point_count, sizeof *s->vertex_owner);
+    s->edge_owner = co_mesh_scratch(build, co_osd_edge_count(s->osd), sizeof *s->edge_owner);
+    CO_MESH_CHECK_MEMORY(build, s->first_tri);
+    CO_MESH_CHECK_MEMORY(build, s->corner_first);
+    CO_MESH_CHECK_MEMORY(build, s->face_point);
+    CO_MESH_CHECK_MEMORY(build, s->face_patch);
+    CO_MESH_CHECK_MEMORY(build, s->is_live);
+    CO_MESH_CHECK_MEMORY(build, s->vertex_owner);
+    CO_MESH_CHECK_MEMORY(build, s->edge_owner);
+    build->shading->face_first_tri = is_loop ? s->first_tri : NULL;
+    build->shading->corner_first = keep_corners ? s->corner_first : NULL;
+    return true;
+}
+
 static bool tessellate(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
-    size_t face_count = build->desc->face_count;
     s->has_normal_seams = !build->shading->is_bilinear && co_osd_has_normal_seams(s->osd);
-    bool keep_corners = has_corner_values(s);
-    uint32_t *first_tri = co_mesh_keep(build, face_count, sizeof *first_tri);
-    uint32_t *corner_first = keep_corners
-                                 ? co_mesh_keep(build, face_count, sizeof *corner_first)
-                                 : co_mesh_scratch(build, face_count, sizeof *corner_first);
-    CO_MESH_CHECK_MEMORY(build, first_tri);
-    CO_MESH_CHECK_MEMORY(build, corner_first);
-    build->shading->face_first_tri = first_tri;
-    build->shading->corner_first = keep_corners ? corner_first : NULL;
     if (!allocate_layout(s) || !find_live(s))
         return false;
     for (;;) {
         find_owners(s);
-        if (!lay_out(s, first_tri, corner_first) || !make_triangles(s) || !co_subdivision_eval(s))
+        bool has_room =
+            lay_out(s) &&
+            (s->grid == CO_GRID_TRIANGLE ? make_triangles(s) : co_subdivision_make_patches(s));
+        if (!has_room || !co_subdivision_eval(s))
             return false;
         size_t dropped = drop_overflown(s);
         if (dropped == 0)
@@ -311,6 +264,10 @@ static bool tessellate(CoSubdivision *s)
     }
     build->mesh->points = s->points;
     build->mesh->point_count = s->point_count;
+    if (build->mesh->tri_count) {
+        build->mesh->box_min = s->box_lo;
+        build->mesh->box_max = s->box_hi;
+    }
     return true;
 }
 

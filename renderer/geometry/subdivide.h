@@ -1,5 +1,6 @@
 // Subdivision in three steps: the cage as OpenSubdiv takes it (subdivide_cage.c), the layout of
-// points and triangles (subdivide.c), and limit values at the points (subdivide_eval.c).
+// points and triangles (subdivide.c, subdivide_patch.c), and limit values at the points
+// (subdivide_eval.c).
 //
 // Points lie in this order: one per vertex of the cage; those inside each edge, from its first to
 // its second vertex; those inside each face. The lowest live face at a vertex or edge owns its
@@ -26,12 +27,19 @@ typedef struct CoSubdivision {
     CoOsdChannel *channels;    // one per face-varying source, in order
     // Layout.
     uint32_t *face_point; // [face_count] first point inside
+    uint32_t *first_tri, *corner_first; // [faces of the description]
+    uint32_t *face_patch; // [face_count] first patch; quad grids
+    uint32_t patch_count;
+    bool has_split;       // some live face has sub-quads or fan triangles
     uint8_t *is_live;     // [face_count]
     uint32_t *vertex_owner, *edge_owner;
     uint32_t point_count, corner_count;
     bool has_normal_seams;
-    float *points;  // [point_count * 3]
-    float *normals; // per point, or per corner element where there are seams; NULL for bilinear
+    bool is_finite;        // all points are
+    CoVec3 box_lo, box_hi; // of them
+    float *points;     // [point_count * 3]
+    uint32_t *normals; // unit codes per point, or per corner element where there are seams; NULL for
+                       // bilinear
 } CoSubdivision;
 
 static inline uint32_t co_subdivision_cage_face(const CoSubdivision *s, uint32_t face)
@@ -42,6 +50,12 @@ static inline uint32_t co_subdivision_cage_face(const CoSubdivision *s, uint32_t
 static inline bool co_subdivision_is_split(const CoSubdivision *s, uint32_t face)
 {
     return s->grid == CO_GRID_QUAD && s->counts[face] != 4;
+}
+
+// Quads are one patch, n-gons as many as they have vertices.
+static inline uint32_t co_subdivision_patch_count(const CoSubdivision *s, uint32_t face)
+{
+    return co_subdivision_is_split(s, face) ? (uint32_t)s->counts[face] : 1;
 }
 
 // First point inside an edge; there are n - 1.
@@ -57,6 +71,9 @@ uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, u
 // subdivide_cage.c
 bool co_subdivision_make_cage(CoSubdivision *s);
 bool co_subdivision_make_osd(CoSubdivision *s);
+
+// subdivide_patch.c
+bool co_subdivision_make_patches(CoSubdivision *s);
 
 // subdivide_eval.c: fills points, normals and the values of all refined primvars. Needs the layout.
 bool co_subdivision_eval(CoSubdivision *s);

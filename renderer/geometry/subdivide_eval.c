@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "geometry/grid.h"
 #include "geometry/subdivide.h"
+#include "geometry/unit_code.h"
 
 #include <string.h>
 
@@ -23,7 +24,9 @@ struct Worker {
     float *values;                 // written at target * components
     const CohortPrimvarDesc *desc; // varying primvars
     float center[4];               // of those: average over the face
-    float *normals;                // with positions, or alone; NULL: none
+    uint32_t *normals;             // with positions, or alone; NULL: none
+    CoVec3 box_lo, box_hi;         // of the positions
+    bool is_finite;
     // Points waiting for evaluation.
     uint32_t count;
     CoOsdCoord coords[BATCH];
@@ -130,7 +133,7 @@ static bool visit_owned(Worker *w)
 static bool visit_corners(Worker *w)
 {
     const CoSubdivision *s = w->s;
-    uint32_t element = s->build->shading->corner_first[co_subdivision_cage_face(s, w->face)];
+    uint32_t element = s->corner_first[co_subdivision_cage_face(s, w->face)];
     bool split = co_subdivision_is_split(s, w->face);
     uint32_t subs = split ? (uint32_t)s->counts[w->face] : 1, n = split ? s->n / 2 : s->n;
     for (uint32_t k = 0; k < subs; k++) {
@@ -153,7 +156,19 @@ static void store_normals(Worker *w, const float *du, const float *dv)
     for (uint32_t k = 0; k < w->count; k++) {
         CoVec3 n = co_cross(co_normalize(co_vec3_load(du + 3 * k)),
                             co_normalize(co_vec3_load(dv + 3 * k)));
-        co_vec3_store(w->normals + 3 * (size_t)w->targets[k], co_normalize(n));
+        w->normals[w->targets[k]] = co_unit_encode(n);
+    }
+}
+
+static void extend_box(Worker *w, const float *points)
+{
+    for (uint32_t k = 0; k < w->count; k++) {
+        CoVec3 p = co_vec3_load(points + 3 * k);
+        w->is_finite = w->is_finite && co_is_finite3(p);
+        w->box_lo = co_vec3(co_min(w->box_lo.x, p.x), co_min(w->box_lo.y, p.y),
+                            co_min(w->box_lo.z, p.z));
+        w->box_hi = co_vec3(co_max(w->box_hi.x, p.x), co_max(w->box_hi.y, p.y),
+                            co_max(w->box_hi.z, p.z));
     }
 }
 
@@ -166,6 +181,8 @@ static bool flush_limit(Worker *w)
         return false;
     if (with_normals)
         store_normals(w, du, dv);
+    if (w->values == w->s->points)
+        extend_box(w, p);
     for (uint32_t k = 0; w->values && k < w->count; k++)
         memcpy(w->values + (size_t)w->targets[k] * w->components, p + k * w->components,
                w->components * sizeof *p);
@@ -304,6 +321,21 @@ static void eval_faces(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+static void join_boxes(CoSubdivision *s, const Worker *workers, size_t count)
+{
+    s->is_finite = true;
+    s->box_lo = co_vec3_splat(INFINITY);
+    s->box_hi = co_vec3_splat(-INFINITY);
+    for (size_t k = 0; k < count; k++) {
+        CoVec3 lo = workers[k].box_lo, hi = workers[k].box_hi;
+        s->is_finite = s->is_finite && workers[k].is_finite;
+        s->box_lo = co_vec3(co_min(s->box_lo.x, lo.x), co_min(s->box_lo.y, lo.y),
+                            co_min(s->box_lo.z, lo.z));
+        s->box_hi = co_vec3(co_max(s->box_hi.x, hi.x), co_max(s->box_hi.y, hi.y),
+                            co_max(s->box_hi.z, hi.z));
+    }
+}
+
 static bool run(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
@@ -313,6 +345,9 @@ static bool run(CoSubdivision *s)
     CohortError err = {0};
     for (size_t k = 0; k < worker_count; k++) {
         workers[k].s = s;
+        workers[k].is_finite = true;
+        workers[k].box_lo = co_vec3_splat(INFINITY);
+        workers[k].box_hi = co_vec3_splat(-INFINITY);
         workers[k].surface = co_osd_surface_create(s->osd, &err);
     }
     if (err.code == COHORT_OK)
@@ -322,6 +357,7 @@ static bool run(CoSubdivision *s)
         if (err.code == COHORT_OK)
             err = workers[k].err;
     }
+    join_boxes(s, workers, worker_count);
     CO_MESH_CHECK(build, err.code == COHORT_OK, err.code, "%s", err.message);
     return true;
 }
@@ -351,12 +387,10 @@ static bool allocate_values(CoSubdivision *s)
     CO_MESH_CHECK_MEMORY(build, s->points);
     if (!shading->is_bilinear) {
         size_t count = s->has_normal_seams ? s->corner_count : s->point_count;
-        s->normals = co_mesh_keep(build, count, 3 * sizeof *s->normals);
+        s->normals = co_mesh_keep(build, count, sizeof *s->normals);
         CO_MESH_CHECK_MEMORY(build, s->normals);
-        shading->normals =
-            (CoPrimvar){.kind = s->has_normal_seams ? CO_PRIMVAR_CORNER : CO_PRIMVAR_POINT,
-                        .components = 3,
-                        .values = s->normals};
+        shading->limit_normals = s->normals;
+        shading->has_corner_normals = s->has_normal_seams;
     }
     for (uint32_t k = 0; k < build->source_count; k++) {
         CoPrimvar *primvar = build->sources[k].primvar;

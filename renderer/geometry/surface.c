@@ -1,10 +1,13 @@
 #include "geometry/grid.h"
 #include "geometry/mesh_internal.h"
+#include "geometry/unit_code.h"
 
 static void load_triangle(const CoMesh *mesh, uint32_t tri, CoVec3 p[3])
 {
-    for (size_t c = 0; c < 3; c++)
-        p[c] = co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)tri + c]);
+    uint32_t point[3];
+    co_mesh_triangle(mesh, tri, point);
+    for (int c = 0; c < 3; c++)
+        p[c] = co_vec3_load(mesh->points + 3 * (size_t)point[c]);
 }
 
 // One coordinate of the point at barycentrics, in double and rounded once: in float32, 1 - u - v
@@ -55,18 +58,6 @@ static CoVec3 triangle_normal(const CoVec3 p[3])
     return co_vec3((float)(n[0] / length), (float)(n[1] / length), (float)(n[2] / length));
 }
 
-// Corners of the bilinear patch (whole face or sub-quad) a triangle lies in, by their grid points.
-static void patch_corners(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, CoVec3 q[4])
-{
-    uint32_t local = 2 * (g->j[0] * g->n + g->i[0]) + (g->j[1] > g->j[0]);
-    const uint32_t *first = mesh->indices + 3 * (size_t)(tri - local);
-    size_t n = g->n;
-    size_t index[4] = {first[0], first[6 * (n - 1) + 1], first[6 * (n * n - 1) + 2],
-                       first[6 * n * (n - 1) + 5]};
-    for (int k = 0; k < 4; k++)
-        q[k] = co_vec3_load(mesh->points + 3 * index[k]);
-}
-
 // Normal of the bilinear patch at (u, v).
 static CoVec3 bilinear_normal(const CoVec3 q[4], float u, float v)
 {
@@ -82,6 +73,22 @@ static void grid_uv(const CoGridPlace *g, float u, float v, float uv[2])
     uv[1] = (w * (float)g->j[0] + u * (float)g->j[1] + v * (float)g->j[2]) * scale;
 }
 
+// Interpolated limit normal.
+static CoVec3 limit_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, float u, float v)
+{
+    const CoMeshShading *s = mesh->shading;
+    const float weight[3] = {1.0f - u - v, u, v};
+    uint32_t element[3];
+    co_mesh_triangle(mesh, tri, element);
+    CoVec3 n = co_vec3_splat(0.0f);
+    for (int c = 0; c < 3; c++) {
+        if (s->has_corner_normals)
+            element[c] = co_grid_corner(s, g, tri, c);
+        n = co_madd(n, co_unit_decode(s->limit_normals[element[c]]), weight[c]);
+    }
+    return co_normalize(n);
+}
+
 static CoVec3 shading_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, float u,
                              float v)
 {
@@ -91,14 +98,18 @@ static CoVec3 shading_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t 
         co_primvar_eval(mesh, &s->normals, tri, u, v, n);
         return co_normalize(co_vec3_load(n));
     }
+    if (s->limit_normals)
+        return limit_normal(mesh, g, tri, u, v);
     if (s->is_bilinear && g->n > 0) {
+        const uint32_t *words = co_patch_words(s->patches, g->patch);
         CoVec3 q[4];
         float uv[2];
-        patch_corners(mesh, g, tri, q);
+        for (int k = 0; k < 4; k++)
+            q[k] = co_vec3_load(mesh->points + 3 * (size_t)words[CO_PATCH_CORNER + k]);
         grid_uv(g, u, v, uv);
         return bilinear_normal(q, uv[0], uv[1]);
     }
-    return co_vec3(0.0f, 0.0f, 0.0f);
+    return co_vec3_splat(0.0f);
 }
 
 void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out)

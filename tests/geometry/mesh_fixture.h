@@ -56,7 +56,9 @@ static inline int make_mesh(const CohortMeshDesc *desc, CoMesh *mesh)
 
 static inline CoVec3 mesh_point(const CoMesh *mesh, uint32_t tri, size_t corner)
 {
-    return co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)tri + corner]);
+    uint32_t point[3];
+    co_mesh_triangle(mesh, tri, point);
+    return co_vec3_load(mesh->points + 3 * (size_t)point[corner]);
 }
 
 static inline double tri_area(const CoMesh *mesh, uint32_t tri)
@@ -97,8 +99,9 @@ static inline size_t open_edges(const CoMesh *mesh)
     } *table = co_alloc_zero(CO_MEMORY_BASE, slots * sizeof *table);
     assert_non_null(table);
     for (size_t k = 0; k < 3 * (size_t)mesh->tri_count; k++) {
-        size_t next = k % 3 == 2 ? k - 2 : k + 1;
-        uint32_t a = mesh->indices[k], b = mesh->indices[next];
+        uint32_t point[3];
+        co_mesh_triangle(mesh, (uint32_t)(k / 3), point);
+        uint32_t a = point[k % 3], b = point[(k + 1) % 3];
         uint64_t key = 1 + ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a));
         size_t slot = (size_t)(key * 0x9e3779b97f4a7c15u) & (slots - 1);
         while (table[slot].key && table[slot].key != key)

@@ -129,7 +129,7 @@ static void holes_change_no_neighbor(void **state)
         assert_int_equal(a.face, face[t / 32]);
         assert_int_equal(a.ptex_face, b.ptex_face);
         assert_vec_near(a.p, (double)b.p.x, (double)b.p.y, (double)b.p.z, 1e-6);
-        assert_vec_near(a.ns, (double)b.ns.x, (double)b.ns.y, (double)b.ns.z, 1e-5);
+        assert_vec_near(a.ns, (double)b.ns.x, (double)b.ns.y, (double)b.ns.z, 5e-5);
     }
     co_mesh_destroy(&whole);
     co_mesh_destroy(&mesh);
