@@ -1,0 +1,607 @@
+// Rays per second, bytes and build speed of the acceleration structure beside Embree, on the same
+// rays in one run, in turns. Not a test, though it fails when hits differ. bench_traversal --help.
+
+#include "traversal_embree.h"
+#include "traversal_rays.h"
+
+#include "base/clock.h"
+#include "base/parallel.h"
+#include "math/vec.h"
+#include "sort/ray_sort.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum {
+    REPEATS_MAX = 31,
+    CONTENDERS_MAX = 8,
+    GRAIN = 1024,
+    SORT_PAYS_BYTES = 24 << 20 // as integrate/render.c has it
+};
+
+static const char usage[] =
+    "usage: bench_traversal [--json] [options]\n"
+    "  --scenes LIST   of room_1m,city_10m,city_50m,shaderball,small (all; city_50m takes 12 GB)\n"
+    "  --isa LIST      of avx2,avx512 (both)\n"
+    "  --threads LIST  (1,2)\n"
+    "  --rays LIST     of primary,diffuse,shuffled (all)\n"
+    "  --what LIST     of closest,occluded,sorted_batch,sorted_total,build,bytes (all)\n"
+    "  --batch N       2^N rays to a sorted batch (22)\n"
+    "  --count N       2^N rays to the other measurements (21)\n"
+    "  --repeats N     median of N (5)\n"
+    "  --cpu           processor seconds: for a machine that is not idle\n"
+    "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
+    "Millions per second (bytes: per triangle); ratios above 1: Cohort is better. closest, "
+    "occluded:\n"
+    "ray by ray against single rays; primary rays in groups against the best packets. "
+    "sorted_batch:\n"
+    "against the best of singles and packets on the same sorted rays. sorted_total: packing, "
+    "bins,\n"
+    "sort and traversal against single rays in the order they were made in.\n";
+
+typedef struct Options {
+    const char *scenes, *isas, *threads, *rays, *what, *stage;
+    int batch_bits, count_bits, repeats;
+    bool json, cpu;
+} Options;
+
+typedef struct Bench {
+    const Options *options;
+    BenchScene scene;
+    BenchRays rays;
+    CoRayBatch shuffled, shuffled_light;
+    CoHitBatch hits, checked;
+    const CoAccelKernels *kernels;
+    BenchEmbree *embree[2]; // fast, robust
+    uint32_t threads;
+    const char *isa;
+    CoSortScratch scratch;
+    bool has_printed, is_wrong;
+} Bench;
+
+static bool is_listed(const char *list, const char *name)
+{
+    size_t n = strlen(name);
+    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL)
+        if (strncmp(at, name, n) == 0 && (at[n] == '\0' || at[n] == ','))
+            return true;
+    return false;
+}
+
+// --- one measurement ----------------------------------------------------------------------------
+
+static double now(const Bench *bench)
+{
+    struct timespec t;
+    if (!bench->options->cpu)
+        return co_clock_seconds();
+    clock_gettime(bench->threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID, &t);
+    return ((double)t.tv_sec + 1e-9 * (double)t.tv_nsec) / (double)bench->threads;
+}
+
+typedef struct Contender {
+    bool grouped;        // ours
+    BenchEmbree *embree; // or this
+    uint32_t width;      // of its packets
+    bool coherent;
+    double seconds[REPEATS_MAX];
+} Contender;
+
+typedef struct Trace {
+    const Bench *bench;
+    const Contender *contender;
+    const CoRayBatch *rays;
+    const uint8_t *occlusion; // NULL: closest hits
+    CoHitBatch *hits;
+} Trace;
+
+static void trace_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Trace *trace = context;
+    const Contender *c = trace->contender;
+    CoTraverseStats stats = {0};
+    (void)worker;
+    if (c->embree)
+        bench_embree_trace(c->embree, c->width, c->coherent, trace->occlusion != NULL, trace->rays,
+                           trace->hits, begin, end);
+    else
+        trace->bench->kernels->traverse(&trace->bench->scene.accel, trace->rays, trace->occlusion,
+                                        trace->hits, begin, end, c->grouped, &stats);
+}
+
+static double trace_seconds(const Trace *trace)
+{
+    double start = now(trace->bench);
+    co_parallel_for(trace->rays->count, GRAIN, trace_range, (void *)(uintptr_t)trace);
+    return now(trace->bench) - start;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(const double *values, int count)
+{
+    double sorted[REPEATS_MAX];
+    memcpy(sorted, values, (size_t)count * sizeof *sorted);
+    qsort(sorted, (size_t)count, sizeof *sorted, compare_doubles);
+    return count % 2 ? sorted[count / 2] : 0.5 * (sorted[count / 2 - 1] + sorted[count / 2]);
+}
+
+typedef struct Row {
+    const char *rays, *what;
+    double cohort, embree[2], ratio[2]; // 0: none
+} Row;
+
+static void print_number(const char *key, double x)
+{
+    if (x > 0.0)
+        printf(", \"%s\": %.4g", key, x);
+    else
+        printf(", \"%s\": null", key);
+}
+
+static void print_row(Bench *bench, const Row *row)
+{
+    if (!bench->options->json) {
+        printf("%-10s %-8s %u %-6s %-12s %8.3f | %8.3f %8.3f | %6.3f %6.3f\n", bench->scene.name,
+               row->rays ? row->rays : "-", bench->threads, bench->isa, row->what, row->cohort,
+               row->embree[0], row->embree[1], row->ratio[0], row->ratio[1]);
+        fflush(stdout);
+        return;
+    }
+    printf("%s\n  {\"scene\": \"%s\", \"rays\": ", bench->has_printed ? "," : "[",
+           bench->scene.name);
+    if (row->rays)
+        printf("\"%s\"", row->rays);
+    else
+        printf("null");
+    printf(", \"threads\": %u, \"isa\": \"%s\", \"what\": \"%s\"", bench->threads, bench->isa,
+           row->what);
+    print_number("cohort", row->cohort);
+    print_number("embree_fast", row->embree[0]);
+    print_number("embree_robust", row->embree[1]);
+    print_number("ratio_fast", row->ratio[0]);
+    print_number("ratio_robust", row->ratio[1]);
+    printf("}");
+    bench->has_printed = true;
+    fflush(stdout);
+}
+
+// contenders[0] is ours; of the others the fastest of either mode counts.
+static void finish_row(Bench *bench, const char *rays, const char *what, double count,
+                       const Contender *contenders, int n)
+{
+    int repeats = bench->options->repeats;
+    Row row = {.rays = rays, .what = what};
+    row.cohort = count * 1e-6 / median(contenders[0].seconds, repeats);
+    for (int c = 1; c < n; c++) {
+        int mode = contenders[c].embree == bench->embree[1];
+        double rate = count * 1e-6 / median(contenders[c].seconds, repeats);
+        if (rate <= row.embree[mode])
+            continue;
+        double ratios[REPEATS_MAX];
+        for (int i = 0; i < repeats; i++)
+            ratios[i] = contenders[c].seconds[i] / contenders[0].seconds[i];
+        row.embree[mode] = rate;
+        row.ratio[mode] = median(ratios, repeats);
+    }
+    print_row(bench, &row);
+}
+
+// Ours and Embree in both modes: single rays, and packets when asked for.
+static int list_contenders(const Bench *bench, bool grouped, bool packets, bool coherent,
+                           Contender *out)
+{
+    int n = 0;
+    out[n++] = (Contender){.grouped = grouped};
+    for (int mode = 0; mode < 2; mode++)
+        for (uint32_t width = 1; bench->embree[mode] && width <= 16;
+             width = width == 1 ? 8 : 2 * width)
+            if (width == 1 || (packets && bench_embree_has(bench->embree[mode], width)))
+                out[n++] = (Contender){.embree = bench->embree[mode],
+                                       .width = width,
+                                       .coherent = coherent && width > 1};
+    return n;
+}
+
+// --- agreement ----------------------------------------------------------------------------------
+
+static bool is_same_hit(const CoHitBatch *a, const CoHitBatch *b, size_t i)
+{
+    return memcmp(&a->t[i], &b->t[i], 4) == 0 && memcmp(&a->u[i], &b->u[i], 4) == 0 &&
+           memcmp(&a->v[i], &b->v[i], 4) == 0 && a->instance[i] == b->instance[i] &&
+           a->tri[i] == b->tri[i];
+}
+
+static bool is_near_hit(float a, float b)
+{
+    return a == b || fabsf(a - b) <= 1e-3f * fmaxf(1e-2f, fminf(fabsf(a), fabsf(b)));
+}
+
+// Single and grouped, every instruction set, bit for bit; Embree's robust mode to a tolerance, as
+// rays at silhouettes and within the rounding of their start may go either way.
+static void check_hits(Bench *bench, const char *name, const CoRayBatch *rays,
+                       const uint8_t *occlusion)
+{
+    const char *const isas[] = {"scalar", "sse42", "avx2", "avx512"};
+    CoRayBatch some = *rays;
+    some.count = rays->count < 1 << 17 ? rays->count : 1 << 17;
+    size_t wrong = 0, far = 0;
+    const CoAccelKernels *own = bench->kernels;
+    Trace trace = {bench, &(Contender){.grouped = true}, &some, occlusion, &bench->hits};
+    trace_seconds(&trace);
+    trace.hits = &bench->checked;
+    for (int k = 0; k < 8; k++) {
+        bench->kernels = co_accel_kernels(isas[k / 2]);
+        if (!bench->kernels)
+            continue;
+        trace.contender = &(Contender){.grouped = k % 2};
+        trace_seconds(&trace);
+        for (size_t i = 0; i < some.count; i++)
+            wrong += !is_same_hit(&bench->hits, &bench->checked, i);
+    }
+    bench->kernels = own;
+    if (bench->embree[1]) {
+        trace.contender = &(Contender){.embree = bench->embree[1], .width = 1};
+        trace_seconds(&trace);
+        for (size_t i = 0; i < some.count; i++)
+            far += !is_near_hit(bench->hits.t[i], bench->checked.t[i]);
+    }
+    fprintf(stderr, "%s %s %s: %zu rays; %zu hits differ between kernels, %zu from Embree's\n",
+            bench->scene.name, name, bench->isa, some.count, wrong, far);
+    bench->is_wrong = bench->is_wrong || wrong > 0 || far > some.count / 1000;
+}
+
+// --- rows ---------------------------------------------------------------------------------------
+
+static void measure_rays(Bench *bench, const char *name, const CoRayBatch *rays, bool occlusion)
+{
+    Contender contenders[CONTENDERS_MAX];
+    bool is_primary = strcmp(name, "primary") == 0;
+    int n = list_contenders(bench, is_primary, is_primary, true, contenders);
+    uint8_t *flags = calloc(rays->count, 1);
+    if (!flags)
+        return;
+    memset(flags, 1, rays->count);
+    Trace trace = {.bench = bench, .rays = rays, .hits = &bench->hits};
+    trace.occlusion = occlusion ? flags : NULL;
+    if (bench->threads == 1 || !strchr(bench->options->threads, '1'))
+        check_hits(bench, name, rays, trace.occlusion);
+    for (int round = 0; round < bench->options->repeats; round++)
+        for (int c = 0; c < n; c++) {
+            trace.contender = &contenders[c];
+            contenders[c].seconds[round] = trace_seconds(&trace);
+        }
+    finish_row(bench, name, occlusion ? "occluded" : "closest", (double)rays->count, contenders, n);
+    free(flags);
+}
+
+// The bounces of one direction bin, at most a batch of them.
+static void collect_bin(const CoRayBatch *from, uint32_t bin, CoRayBatch *out)
+{
+    const float *const in[8] = {from->org_x, from->org_y, from->org_z, from->dir_x,
+                                from->dir_y, from->dir_z, from->tnear, from->tfar};
+    float *const to[8] = {out->org_x, out->org_y, out->org_z, out->dir_x,
+                          out->dir_y, out->dir_z, out->tnear, out->tfar};
+    out->count = 0;
+    for (size_t i = 0; i < from->count && out->count < out->capacity; i++) {
+        if (co_ray_bin(co_vec3(from->dir_x[i], from->dir_y[i], from->dir_z[i])) != bin)
+            continue;
+        for (int k = 0; k < 8; k++)
+            to[k][out->count] = in[k][i];
+        out->record[out->count] = (uint32_t)i;
+        out->count++;
+    }
+}
+
+static void measure_sorted_batches(Bench *bench)
+{
+    Contender contenders[CONTENDERS_MAX];
+    int n = list_contenders(bench, true, true, false, contenders);
+    CoRayBatch batch = {.count = 0};
+    double count = 0.0;
+    if (!co_ray_batch_reserve(&batch, (size_t)1 << bench->options->batch_bits, NULL))
+        return;
+    for (uint32_t bin = 0; bin < CO_RAY_BINS; bin++) {
+        collect_bin(&bench->rays.diffuse, bin, &batch);
+        if (batch.count == 0 || !co_sort_rays(&batch, COHORT_SORTER_FAST, &bench->scratch, NULL))
+            continue;
+        Trace trace = {.bench = bench, .rays = &batch, .hits = &bench->hits};
+        count += (double)batch.count;
+        for (int round = 0; round < bench->options->repeats; round++)
+            for (int c = 0; c < n; c++) {
+                trace.contender = &contenders[c];
+                contenders[c].seconds[round] += trace_seconds(&trace);
+            }
+    }
+    finish_row(bench, "diffuse", "sorted_batch", count, contenders, n);
+    co_ray_batch_clear(&batch);
+}
+
+typedef struct Pack {
+    const CoRayBatch *rays;
+    CoRayBins *bins;
+} Pack;
+
+static void pack_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Pack *pack = context;
+    const CoRayBatch *rays = pack->rays;
+    uint32_t words[CO_RAY_WORDS_MAX], overflow = 0;
+    for (size_t i = begin; i < end; i++) {
+        CoRay ray = {.kind = CO_RAY_BSDF, .depth = 2, .path = (uint32_t)i, .pdf = 0.25f};
+        ray.org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
+        ray.dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+        ray.dir = co_ray_snap_direction(ray.dir, ray.code);
+        ray.weight = co_vec3(0.7f, 0.5f, 0.3f);
+        ray.normal = co_vec3(0.0f, 1.0f, 0.0f);
+        ray.width = 0.01f;
+        if (co_ray_encode(&ray, 0, (CoRayKey){(uint32_t)i, 0, 0}, words, &overflow))
+            co_ray_bins_push(pack->bins, worker, words, co_ray_bin(ray.dir));
+    }
+}
+
+static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts)
+{
+    CoRayRecords records;
+    const Contender own = {.grouped = true};
+    for (;;) {
+        if (!co_ray_bins_pop(bins, &records, NULL) ||
+            (records.count == 0 && !co_ray_bins_drain(bins, &records, NULL)) || records.count == 0)
+            return;
+        co_ray_batch_decode(&records, 0, batch);
+        if (sorts)
+            co_sort_rays(batch, COHORT_SORTER_FAST, &bench->scratch, NULL);
+        Trace trace = {.bench = bench, .contender = &own, .rays = batch, .hits = &bench->hits};
+        trace_seconds(&trace);
+        co_ray_bins_recycle(bins, &records);
+    }
+}
+
+static CoRayBatch slice(const CoRayBatch *rays, size_t begin, size_t most)
+{
+    CoRayBatch out = *rays;
+#define BENCH_OFFSET(type, name) out.name += begin;
+    CO_RAY_FIELDS(BENCH_OFFSET)
+    out.count = rays->count - begin < most ? rays->count - begin : most;
+    return out;
+}
+
+static void measure_sorted_total(Bench *bench)
+{
+    Contender contenders[CONTENDERS_MAX];
+    int n = list_contenders(bench, true, false, false, contenders);
+    size_t capacity = (size_t)1 << bench->options->batch_bits;
+    const CoRayBatch *rays = &bench->rays.diffuse;
+    CoRayBatch batch = {.count = 0};
+    CoRayBins *bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(), NULL, NULL);
+    if (!bins || !co_ray_batch_reserve(&batch, capacity, NULL))
+        return;
+    bool sorts = bench_scene_tree_bytes(&bench->scene) + bench->scene.mesh_bytes > SORT_PAYS_BYTES;
+    for (int round = -1; round < bench->options->repeats; round++) { // the first one makes files
+        double start = now(bench);
+        Pack pack = {rays, bins};
+        co_parallel_for(rays->count, GRAIN, pack_range, &pack);
+        co_ray_bins_flush(bins, NULL);
+        trace_batches(bench, bins, &batch, sorts);
+        contenders[0].seconds[round < 0 ? 0 : round] = now(bench) - start;
+        for (int c = 1; c < n && round >= 0; c++)
+            for (size_t i = 0; i < rays->count; i += capacity) {
+                CoRayBatch part = slice(rays, i, capacity);
+                Trace trace = {bench, &contenders[c], &part, NULL, &bench->hits};
+                contenders[c].seconds[round] += trace_seconds(&trace);
+            }
+    }
+    finish_row(bench, "diffuse", "sorted_total", (double)rays->count, contenders, n);
+    co_ray_bins_destroy(bins);
+    co_ray_batch_clear(&batch);
+}
+
+static void measure_all_rays(Bench *bench)
+{
+    const Options *o = bench->options;
+    for (int occlusion = 0; occlusion < 2; occlusion++) {
+        if (!is_listed(o->what, occlusion ? "occluded" : "closest"))
+            continue;
+        if (is_listed(o->rays, "primary") && !occlusion)
+            measure_rays(bench, "primary", &bench->rays.primary, false);
+        CoRayBatch few = bench->rays.diffuse;
+        few.count = bench->shuffled.count;
+        if (is_listed(o->rays, "diffuse"))
+            measure_rays(bench, "diffuse", occlusion ? &bench->rays.light : &few, occlusion);
+        if (is_listed(o->rays, "shuffled"))
+            measure_rays(bench, "shuffled", occlusion ? &bench->shuffled_light : &bench->shuffled,
+                         occlusion);
+    }
+    if (is_listed(o->what, "sorted_batch") && is_listed(o->rays, "diffuse"))
+        measure_sorted_batches(bench);
+    if (is_listed(o->what, "sorted_total") && is_listed(o->rays, "diffuse"))
+        measure_sorted_total(bench);
+}
+
+static void measure_build(Bench *bench)
+{
+    double seconds[3][REPEATS_MAX] = {{0}}, ratios[2][REPEATS_MAX] = {{0}},
+           count = (double)bench->scene.triangles;
+    int repeats = bench->options->repeats;
+    Row row = {.what = "build"};
+    bool has_embree = true;
+    for (int round = 0; round < repeats; round++) {
+        bench_scene_unbuild(&bench->scene);
+        double start = co_clock_seconds();
+        bench_scene_build(&bench->scene);
+        seconds[0][round] = co_clock_seconds() - start;
+        for (int mode = 0; mode < 2 && has_embree; mode++) {
+            BenchEmbree *embree = bench_embree_create(&bench->scene, bench->isa, mode,
+                                                      bench->threads, &seconds[1 + mode][round]);
+            has_embree = embree != NULL;
+            bench_embree_destroy(embree);
+            if (has_embree)
+                ratios[mode][round] = seconds[1 + mode][round] / seconds[0][round];
+        }
+    }
+    row.cohort = count * 1e-6 / median(seconds[0], repeats);
+    for (int mode = 0; mode < 2 && has_embree; mode++) {
+        row.embree[mode] = count * 1e-6 / median(seconds[1 + mode], repeats);
+        row.ratio[mode] = median(ratios[mode], repeats);
+    }
+    print_row(bench, &row);
+}
+
+static void report_bytes(Bench *bench)
+{
+    const BenchScene *scene = &bench->scene;
+    double mesh = (double)scene->mesh_bytes, own = (double)scene->own_triangles;
+    Row row = {.what = "bytes"};
+    row.cohort = ((double)bench_scene_tree_bytes(scene) + mesh) / own;
+    for (int mode = 0; mode < 2; mode++)
+        if (bench->embree[mode]) {
+            row.embree[mode] = ((double)bench_embree_bytes(bench->embree[mode]) + mesh) / own;
+            row.ratio[mode] = row.embree[mode] / row.cohort;
+        }
+    print_row(bench, &row);
+}
+
+static void measure_isa(Bench *bench)
+{
+    const Options *o = bench->options;
+    double seconds;
+    bench->kernels = co_accel_kernels(bench->isa);
+    if (!bench->kernels) {
+        fprintf(stderr, "%s: not on this machine\n", bench->isa);
+        return;
+    }
+    for (int mode = 0; mode < 2; mode++)
+        bench->embree[mode] = bench_embree_create(&bench->scene, bench->isa, mode, 2, &seconds);
+    if (is_listed(o->what, "bytes")) {
+        bench->threads = 1;
+        report_bytes(bench);
+    }
+    for (bench->threads = 1; bench->threads <= 64; bench->threads++) {
+        char number[8];
+        snprintf(number, sizeof number, "%u", bench->threads);
+        if (!is_listed(o->threads, number))
+            continue;
+        co_worker_count_set(bench->threads);
+        measure_all_rays(bench);
+        if (is_listed(o->what, "build") && bench->scene.meshes)
+            measure_build(bench);
+    }
+    bench_embree_destroy(bench->embree[0]);
+    bench_embree_destroy(bench->embree[1]);
+}
+
+static bool open_scene(Bench *bench, const char *name)
+{
+    char path[1024], why[256];
+    const char *shared = getenv("COHORT_SHARED");
+    if (strcmp(name, "shaderball") != 0)
+        return bench_scene_make(name, &bench->scene) && bench_scene_build(&bench->scene);
+    snprintf(path, sizeof path, "%s/stages/full_assets/StandardShaderBall/%s",
+             shared ? shared : COHORT_SHARED_DIR, "standard_shader_ball_scene.usda");
+    if (bench_scene_load(bench->options->stage ? bench->options->stage : path, &bench->scene, why,
+                         sizeof why))
+        return true;
+    fprintf(stderr, "shaderball skipped: %s\n", why);
+    return false;
+}
+
+static void measure_scene(Bench *bench, const char *name)
+{
+    const Options *o = bench->options;
+    size_t count = (size_t)1 << o->count_bits, batch = (size_t)1 << o->batch_bits;
+    bool is_sorted = is_listed(o->what, "sorted_batch") || is_listed(o->what, "sorted_total");
+    size_t diffuse = is_sorted && CO_RAY_BINS * batch > count ? CO_RAY_BINS * batch : count;
+    co_worker_count_set(0);
+    if (!open_scene(bench, name))
+        return;
+    bool is_good = bench_rays_make(&bench->scene, diffuse, count, &bench->rays) &&
+                   bench_rays_copy(&bench->rays.diffuse, count, true, &bench->shuffled) &&
+                   bench_rays_copy(&bench->rays.light, count, true, &bench->shuffled_light) &&
+                   co_hit_batch_reserve(&bench->hits, count > batch ? count : batch, NULL) &&
+                   co_hit_batch_reserve(&bench->checked, count, NULL);
+    fprintf(stderr, "%s: %llu triangles in %llu meshes\n", name,
+            (unsigned long long)bench->scene.triangles,
+            (unsigned long long)bench->scene.path_count);
+    for (int k = 0; is_good && k < 2; k++) {
+        bench->isa = k == 0 ? "avx2" : "avx512";
+        if (is_listed(o->isas, bench->isa))
+            measure_isa(bench);
+    }
+    bench_rays_destroy(&bench->rays);
+    co_ray_batch_clear(&bench->shuffled);
+    co_ray_batch_clear(&bench->shuffled_light);
+    bench_scene_destroy(&bench->scene);
+}
+
+static bool read_options(int argc, char **argv, Options *o)
+{
+    for (int i = 1; i < argc; i++) {
+        const char *key = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
+        if (strcmp(key, "--json") == 0 || strcmp(key, "--cpu") == 0) {
+            o->json = o->json || key[2] == 'j';
+            o->cpu = o->cpu || key[2] == 'c';
+            continue;
+        }
+        if (!value)
+            return false;
+        i++;
+        if (strcmp(key, "--scenes") == 0)
+            o->scenes = value;
+        else if (strcmp(key, "--isa") == 0)
+            o->isas = value;
+        else if (strcmp(key, "--threads") == 0)
+            o->threads = value;
+        else if (strcmp(key, "--rays") == 0)
+            o->rays = value;
+        else if (strcmp(key, "--what") == 0)
+            o->what = value;
+        else if (strcmp(key, "--stage") == 0)
+            o->stage = value;
+        else if (strcmp(key, "--batch") == 0)
+            o->batch_bits = atoi(value);
+        else if (strcmp(key, "--count") == 0)
+            o->count_bits = atoi(value);
+        else if (strcmp(key, "--repeats") == 0)
+            o->repeats = atoi(value);
+        else
+            return false;
+    }
+    return o->repeats >= 1 && o->repeats <= REPEATS_MAX && o->batch_bits >= 8 &&
+           o->batch_bits <= 24 && o->count_bits >= 8 && o->count_bits <= 24;
+}
+
+int main(int argc, char **argv)
+{
+    const char *const scenes[] = {"small", "room_1m", "city_10m", "city_50m", "shaderball"};
+    Options options = {.scenes = "room_1m,city_10m,city_50m,shaderball,small",
+                       .isas = "avx2,avx512",
+                       .threads = "1,2",
+                       .rays = "primary,diffuse,shuffled",
+                       .what = "closest,occluded,sorted_batch,sorted_total,build,bytes",
+                       .batch_bits = 22,
+                       .count_bits = 21,
+                       .repeats = 5};
+    if (!read_options(argc, argv, &options)) {
+        fputs(usage, stderr);
+        return 2;
+    }
+    static Bench bench;
+    bench.options = &options;
+    if (!options.json)
+        printf("scene      rays     threads isa  what         cohort | embree fast, robust | "
+               "ratios\n");
+    for (int i = 0; i < 5; i++)
+        if (is_listed(options.scenes, scenes[i]))
+            measure_scene(&bench, scenes[i]);
+    if (options.json)
+        printf("%s\n]\n", bench.has_printed ? "" : "[");
+    if (bench.is_wrong)
+        fprintf(stderr, "hits differ\n");
+    return bench.is_wrong;
+}
