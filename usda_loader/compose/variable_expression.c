@@ -6,6 +6,7 @@
 
 #include "compose/composer.h"
 #include "compose/fields.h"
+#include "lex/scan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -295,6 +296,20 @@ static CoTerm parse_term(CoExpression *x)
     return term;
 }
 
+// Results become asset paths and names, which hold neither control characters nor bad UTF-8.
+static bool is_clean(const char *text)
+{
+    const char *end = text + strlen(text);
+    while (text < end) {
+        uint32_t code = 0;
+        size_t step = co_utf8_decode(text, end, &code);
+        if (!step || code < 0x20 || (code >= 0x7f && code < 0xa0))
+            return false;
+        text += step;
+    }
+    return true;
+}
+
 const char *co_expression_evaluate(CoComposer *c, const CoVariables *variables, const char *text,
                                    const char **why)
 {
@@ -308,6 +323,8 @@ const char *co_expression_evaluate(CoComposer *c, const CoVariables *variables, 
         x.why = "text after the end of an expression";
     if (!x.why && term.kind != CO_TERM_STRING && term.kind != CO_TERM_NONE)
         x.why = "the expression is no string";
+    if (!x.why && term.text && !is_clean(term.text))
+        x.why = "it yields a control character or bad UTF-8";
     *why = x.why;
     return x.why ? NULL : term.text ? term.text : "";
 }

@@ -146,7 +146,9 @@ bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind
     if (!op)
         return false;
     // The whole list replaces what was said before, and the other forms replace a whole list.
-    if (value->type == syntax->type && kind != CO_LIST_EXPLICIT) {
+    bool was_list =
+        value->type == syntax->type && (value->is_array || syntax->type != COHORT_TYPE_OPAQUE);
+    if (was_list && kind != CO_LIST_EXPLICIT) {
         const CoListOp *before = value->data;
         if (!before->is_explicit)
             *op = *before;

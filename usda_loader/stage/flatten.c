@@ -4,6 +4,7 @@
 #include "stage/flatten.h"
 
 #include "compose/fields.h"
+#include "parse/types.h"
 
 #include "base/error.h"
 
@@ -24,12 +25,58 @@ static void add_targets(CoFlattener *flat, CoSpec *out, const char *field,
                       co_flat_texts(flat, COHORT_TYPE_PATH_LIST_OP, renamed, count));
 }
 
+// Whether a value can stand in text behind another type's name.
+static bool reads_as(const CoValue *value, const char *type_name)
+{
+    CohortType declared;
+    bool is_array;
+    if (!co_type_from_name(type_name, strlen(type_name), &declared, &is_array))
+        return value->type == COHORT_TYPE_OPAQUE;
+    if (value->type == declared)
+        return value->is_array == is_array;
+    const CoTypeInfo *a = co_type_info(value->type), *b = co_type_info(declared);
+    bool is_real = b->scalar >= CO_SCALAR_HALF && b->scalar <= CO_SCALAR_DOUBLE;
+    return value->is_array == is_array && is_real && a->scalar >= CO_SCALAR_INT &&
+           a->scalar <= CO_SCALAR_DOUBLE && a->rows == b->rows && a->columns == b->columns &&
+           a->is_quaternion == b->is_quaternion;
+}
+
+static bool field_reads_as(const CoField *field, const char *type_name)
+{
+    const CoValue *value = &field->value;
+    if (value->type == COHORT_TYPE_BLOCK || value->type == COHORT_TYPE_ANIMATION_BLOCK)
+        return true;
+    if (value->type == COHORT_TYPE_SPLINE)
+        return reads_as(&(CoValue){.type = COHORT_TYPE_DOUBLE, .count = 1}, type_name);
+    if (value->type != COHORT_TYPE_TIME_SAMPLES)
+        return reads_as(value, type_name);
+    const CoTimeSamples *samples = value->data;
+    for (size_t i = 0; i < samples->count; i++)
+        if (samples->values[i].type != COHORT_TYPE_BLOCK &&
+            !reads_as(&samples->values[i], type_name))
+            return false;
+    return true;
+}
+
+// An opinion may be of another type than the attribute. What text of that type cannot say takes its
+// own type along; false when the attribute's is settled.
+static bool fits(CoSpec *out, const CoValueSource *from, bool is_settled)
+{
+    if (!from->field || !from->spec || from->spec->type_name == out->type_name ||
+        field_reads_as(from->field, out->type_name))
+        return true;
+    if (!is_settled)
+        out->type_name = from->spec->type_name;
+    return !is_settled;
+}
+
 static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
 {
     const CoFieldNames *names = &flat->stage->composer.names;
     CoValueSource at_default = co_prim_value_source(prim, out->name, true);
     CoValueSource timed = co_prim_value_source(prim, out->name, false);
     CohortValue edited;
+    fits(out, &at_default, false);
     if (at_default.field && at_default.field->value.type == COHORT_TYPE_ARRAY_EDIT &&
         cohort_prim_value(prim, out->name, COHORT_TIME_DEFAULT, &edited))
         co_flat_add_field(flat, out, names->default_value,
@@ -37,7 +84,8 @@ static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *
     else if (at_default.field)
         co_flat_add_field(flat, out, names->default_value,
                           co_flat_value(flat, &at_default.field->value, at_default.source));
-    if (timed.field && timed.field->name != names->default_value)
+    if (timed.field && timed.field->name != names->default_value &&
+        fits(out, &timed, at_default.field != NULL))
         co_flat_add_field(flat, out, timed.field->name,
                           co_flat_value(flat, &timed.field->value, timed.source));
     const char *const *targets;
