@@ -1,198 +1,346 @@
 #include "accel/build.h"
 
+#include "accel/subtree.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/parallel.h"
 
 #include <string.h>
 
-bool co_tree_grow(void **array, size_t *capacity, size_t count, size_t element, CohortError *err)
-{
-    if (count <= *capacity)
-        return true;
-    size_t more = count > 2 * *capacity ? count : 2 * *capacity, bytes = 0;
-    void *moved = NULL;
-    if (co_size_mul(more, element, &bytes))
-        moved = co_realloc(CO_MEMORY_ACCEL, *array, *capacity * element, bytes);
-    CO_CHECK_MEMORY(moved, err);
-    *array = moved;
-    *capacity = more;
-    return true;
-}
+#define TAG CO_MEMORY_ACCEL
 
-void co_tree_shrink(void **array, size_t *capacity, size_t count, size_t element)
+enum {
+    SUBTREE_SHARE = 128, // a subtree is at most this part of the whole,
+    SUBTREE_MIN = 4096,  // within these bounds
+    SUBTREE_MAX = 16384,
+    ROUND_SHARE = 12 // this part of the subtrees is under way at once
+};
+
+// Where the reference of a subtree stands.
+typedef struct Parent {
+    uint32_t node, slot;
+} Parent;
+
+// Subtrees from left to right, and the binary tree above them.
+typedef struct Build {
+    CoPrimArray *prims;
+    const CoLeafRule *rule;
+    CoTreeParts *out;
+    CohortError *err;
+    CoRange *ranges; // of the subtrees
+    CoPiece *pieces;
+    CoSubtree *workers;   // scratch
+    CoBinaryNode *binary; // of the top; a leaf's `first` is its subtree's number
+    Parent *parents;      // of the subtrees
+    size_t range_count, range_capacity, binary_count, binary_capacity;
+    size_t round; // first subtree of the round
+    size_t worker_count, largest;
+    double scale;
+    _Atomic bool is_out_of_memory;
+} Build;
+
+void co_prims_free(CoPrimArray *prims)
 {
-    if (count == *capacity || count == 0)
-        return;
-    void *moved = co_realloc(CO_MEMORY_ACCEL, *array, *capacity * element, count * element);
-    if (!moved)
-        return;
-    *array = moved;
-    *capacity = count;
+    co_free(TAG, prims->prims, prims->capacity * sizeof *prims->prims);
+    *prims = (CoPrimArray){0};
 }
 
 void co_tree_clear(CoTree *tree)
 {
-    co_free(CO_MEMORY_ACCEL, tree->nodes, tree->node_capacity * sizeof *tree->nodes);
+    co_free(TAG, tree->nodes, tree->node_capacity * sizeof *tree->nodes);
     memset(tree, 0, sizeof *tree);
     co_box_empty(&tree->box);
 }
 
-// Costs of a walk relative to each other: testing a node's 8 boxes, testing a leaf's triangles.
-#define NODE_COST 1.0f
-#define LEAF_COST 1.2f
-
-// How best to spend up to j children of a wide node on a binary subtree.
-typedef struct Plan {
-    float cost[CO_NODE_WIDTH]; // [j]: expected cost with at most j children, j = 1 .. 7
-    uint8_t
-        left[CO_NODE_WIDTH + 1]; // [j]: how many of them go left, j = 2 .. 8; 0: j - 1 do as well
-} Plan;
-
-typedef struct Collapse {
-    const CoBinaryNode *binary;
-    Plan *plans;
-    const CoBuildPrim *prims;
-    const CoLeafRule *rule;
-    CoTree *tree;
-    CohortError *err;
-    double scale; // 1 / area of everything
-} Collapse;
-
-// The cheapest way to share j children between two subtrees.
-static float share_children(const Plan *left, const Plan *right, int j, uint8_t *to_left)
+void co_tree_parts_clear(CoTreeParts *parts)
 {
-    float best = INFINITY;
-    *to_left = 1;
-    for (int k = 1; k < j; k++) {
-        if (k >= CO_NODE_WIDTH || j - k >= CO_NODE_WIDTH)
-            continue;
-        float cost = left->cost[k] + right->cost[j - k];
-        if (cost < best) {
-            best = cost;
-            *to_left = (uint8_t)k;
-        }
-    }
-    return best;
+    co_tree_clear(&parts->tree);
+    co_free(TAG, parts->leaves, parts->leaf_capacity);
+    parts->leaves = NULL;
+    parts->leaf_bytes = parts->leaf_capacity = 0;
 }
 
-static void plan_subtree(Collapse *collapse, size_t from)
+static bool no_memory(const Build *build)
 {
-    const CoBinaryNode *node = &collapse->binary[from];
-    Plan *plan = &collapse->plans[from];
-    float area = (float)(co_box_area(&node->box) * collapse->scale);
-    if (!node->left) {
-        for (int j = 1; j < CO_NODE_WIDTH; j++)
-            plan->cost[j] = area * LEAF_COST;
-        return;
-    }
-    plan_subtree(collapse, node->left);
-    plan_subtree(collapse, node->left + 1);
-    const Plan *left = &collapse->plans[node->left], *right = left + 1;
-    float as_node = share_children(left, right, CO_NODE_WIDTH, &plan->left[CO_NODE_WIDTH]);
-    plan->cost[1] = as_node + area * NODE_COST;
-    for (int j = 2; j < CO_NODE_WIDTH; j++) {
-        plan->cost[j] = share_children(left, right, j, &plan->left[j]);
-        if (plan->cost[j] < plan->cost[j - 1])
-            continue;
-        plan->cost[j] = plan->cost[j - 1];
-        plan->left[j] = 0;
-    }
+    return CO_FAIL(build->err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %zu things",
+                   build->prims->count);
 }
 
-// Lists the subtrees that take at most j children's places, after `count` others.
-static int list_children(const Collapse *collapse, size_t from, int j, int count,
-                         size_t children[CO_NODE_WIDTH])
+// Makes an array exactly as large as it has to be.
+static bool resize(void **array, size_t *capacity, size_t count, size_t element)
 {
-    const CoBinaryNode *node = &collapse->binary[from];
-    const Plan *plan = &collapse->plans[from];
-    while (node->left && j > 1 && plan->left[j] == 0)
-        j--;
-    if (!node->left || j == 1) {
-        children[count] = from;
-        return count + 1;
-    }
-    count = list_children(collapse, node->left, plan->left[j], count, children);
-    return list_children(collapse, node->left + 1, j - plan->left[j], count, children);
-}
-
-static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref);
-
-static bool emit_child(Collapse *collapse, size_t from, uint32_t *ref)
-{
-    const CoBinaryNode *node = &collapse->binary[from];
-    if (node->left)
-        return emit_node(collapse, from, ref);
-    return collapse->rule->emit(collapse->rule->context, collapse->prims + node->first, node->count,
-                                ref, collapse->err);
-}
-
-// Parents before children, in depth-first order: the index is taken before the children are made.
-static bool emit_node(Collapse *collapse, size_t from, uint32_t *ref)
-{
-    CoTree *tree = collapse->tree;
-    CoWideNode node;
-    void *nodes = tree->nodes;
-    if (!co_tree_grow(&nodes, &tree->node_capacity, tree->node_count + 1, sizeof node,
-                      collapse->err))
+    if (count == *capacity)
+        return true;
+    void *moved = co_realloc(TAG, *array, *capacity * element, count * element);
+    if (!moved)
         return false;
-    tree->nodes = nodes;
-    size_t index = tree->node_count++;
-    CO_CHECK(index < CO_REF_NONE, collapse->err, COHORT_ERROR_LIMIT,
-             "a tree of more than 2^31 - 2 nodes; split the mesh");
-    size_t children[CO_NODE_WIDTH];
-    int count = list_children(collapse, from, CO_NODE_WIDTH, 0, children);
-    for (int i = 0; i < CO_NODE_WIDTH; i++) {
-        for (int k = 0; k < 3; k++) {
-            const CoBox *box = i < count ? &collapse->binary[children[i]].box : NULL;
-            node.planes[2 * k][i] = box ? box->lo[k] : INFINITY;
-            node.planes[2 * k + 1][i] = box ? box->hi[k] : -INFINITY;
-        }
-        node.child[i] = CO_REF_NONE;
-        if (i < count && !emit_child(collapse, children[i], &node.child[i]))
-            return false;
-    }
-    tree->nodes[index] = node;
-    *ref = (uint32_t)index;
+    *array = moved;
+    *capacity = count;
     return true;
 }
 
-static bool collapse_tree(const CoBinaryNode *binary, size_t binary_count, const CoBuildPrim *prims,
-                          const CoLeafRule *rule, CoTree *out, CohortError *err)
+static size_t largest_subtree(size_t count)
 {
-    size_t bytes = binary_count * sizeof(Plan);
-    Plan *plans = co_alloc(CO_MEMORY_ACCEL, bytes);
-    CO_CHECK_MEMORY(plans, err);
-    double area = co_box_area(&binary[0].box);
-    Collapse collapse = {binary, plans, prims, rule, out, err, area > 0.0 ? 1.0 / area : 0.0};
-    uint32_t root;
-    plan_subtree(&collapse, 0);
-    bool is_done = emit_node(&collapse, 0, &root);
-    co_free(CO_MEMORY_ACCEL, plans, bytes);
+    size_t share = count / SUBTREE_SHARE;
+    return share < SUBTREE_MIN ? SUBTREE_MIN : share > SUBTREE_MAX ? SUBTREE_MAX : share;
+}
+
+static bool reserve(void **array, size_t *capacity, size_t count, size_t element)
+{
+    return count < *capacity || resize(array, capacity, 2 * *capacity + 64, element);
+}
+
+static bool reserve_range(Build *build)
+{
+    void *ranges = build->ranges, *binary = build->binary;
+    bool is_done =
+        reserve(&ranges, &build->range_capacity, build->range_count, sizeof *build->ranges);
+    build->ranges = ranges;
+    is_done = is_done && reserve(&binary, &build->binary_capacity, build->binary_count,
+                                 sizeof *build->binary);
+    build->binary = binary;
     return is_done;
 }
 
-bool co_tree_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule, CoTree *out,
-                   CohortError *err)
+// Splits a range with all threads until what is left is small.
+static bool open_range(Build *build, CoWideSplit *split, const CoRange *range)
 {
-    memset(out, 0, sizeof *out);
-    co_box_empty(&out->box);
-    if (count == 0)
+    if (!reserve_range(build))
+        return false;
+    size_t index = build->binary_count++;
+    build->binary[index] = (CoBinaryNode){.box = range->box, .count = range->count};
+    if (range->count <= build->largest) {
+        build->binary[index].first = (uint32_t)build->range_count;
+        build->ranges[build->range_count++] = *range;
+        co_plan_node(&build->binary[index], NULL, NULL, build->scale);
         return true;
-    size_t bytes = 0;
-    CoBinaryNode *binary = NULL;
-    if (co_size_mul(2 * (size_t)count, sizeof *binary, &bytes))
-        binary = co_alloc(CO_MEMORY_ACCEL, bytes);
-    CO_CHECK_MEMORY(binary, err);
-    size_t binary_count = co_binary_build(prims, count, rule, binary, err);
-    bool is_done = binary_count && collapse_tree(binary, binary_count, prims, rule, out, err);
-    if (is_done) {
-        void *nodes = out->nodes;
-        co_tree_shrink(&nodes, &out->node_capacity, out->node_count, sizeof *out->nodes);
-        out->nodes = nodes;
-        out->box = binary[0].box;
-    } else {
-        co_tree_clear(out);
     }
-    co_free(CO_MEMORY_ACCEL, binary, bytes);
+    CoRange halves[2];
+    co_wide_split_range(split, build->prims->prims, range, halves);
+    if (!open_range(build, split, &halves[0]))
+        return false;
+    size_t right = build->binary_count;
+    if (!open_range(build, split, &halves[1]))
+        return false;
+    CoBinaryNode *node = &build->binary[index];
+    node->right = (uint32_t)right;
+    co_plan_node(node, node + 1, &build->binary[right], build->scale);
+    return true;
+}
+
+static bool open_ranges(Build *build)
+{
+    CoPrimArray *prims = build->prims;
+    CoRange all = {.count = (uint32_t)prims->count};
+    build->largest = largest_subtree(prims->count);
+    CoWideSplit *split = NULL;
+    if (prims->count > build->largest) {
+        split = co_wide_split_create(prims->count);
+        if (!split)
+            return false;
+    }
+    all.box = split ? co_wide_split_box(split, prims->prims, prims->count)
+                    : co_box4_store(co_prim_box(prims->prims, prims->count));
+    build->out->tree.box = all.box;
+    double area = co_box_area(&all.box);
+    build->scale = area > 0.0 ? 1.0 / area : 0.0;
+    bool is_done = open_range(build, split, &all);
+    co_wide_split_destroy(split);
+    return is_done;
+}
+
+// The wide nodes above the subtrees, whose references are put in as they become known.
+static uint32_t write_top(Build *build, uint32_t from)
+{
+    uint32_t index = (uint32_t)build->out->tree.node_count++, children[CO_NODE_WIDTH];
+    int count = co_plan_children(build->binary, from, children);
+    CoWideNode *nodes = build->out->tree.nodes;
+    co_wide_node_clear(&nodes[index]);
+    for (int i = 0; i < count; i++) {
+        const CoBinaryNode *child = &build->binary[children[i]];
+        uint32_t ref = CO_REF_NONE;
+        if (child->right)
+            ref = write_top(build, children[i]);
+        else
+            build->parents[child->first] = (Parent){index, (uint32_t)i};
+        co_wide_node_set(&nodes[index], i, &child->box, ref);
+    }
+    return index;
+}
+
+static bool make_top(Build *build)
+{
+    build->parents = co_alloc(TAG, build->range_count * sizeof *build->parents);
+    build->pieces = co_alloc_zero(TAG, build->range_count * sizeof *build->pieces);
+    if (!build->parents || !build->pieces)
+        return false;
+    if (build->range_count == 1)
+        return true;
+    CoTree *tree = &build->out->tree;
+    void *nodes = NULL;
+    if (!resize(&nodes, &tree->node_capacity, co_plan_count(build->binary, 0), sizeof *tree->nodes))
+        return false;
+    tree->nodes = nodes;
+    write_top(build, 0);
+    return true;
+}
+
+static bool make_workers(Build *build)
+{
+    size_t most = build->range_count == 1 ? build->prims->count : build->largest;
+    size_t count = co_worker_count();
+    build->worker_count = count < build->range_count ? count : build->range_count;
+    build->largest = most;
+    build->workers = co_alloc_zero(TAG, build->worker_count * sizeof *build->workers);
+    bool is_done = build->workers;
+    for (size_t i = 0; is_done && i < build->worker_count; i++) {
+        CoSubtree *worker = &build->workers[i];
+        *worker = (CoSubtree){
+            .prims = build->prims->prims, .rule = build->rule, .scale = build->scale};
+        worker->nodes = co_alloc(TAG, 2 * most * sizeof *worker->nodes);
+        worker->moved = co_alloc(TAG, most * sizeof *worker->moved);
+        is_done = worker->nodes && worker->moved;
+    }
+    return is_done;
+}
+
+static void free_workers(Build *build)
+{
+    for (size_t i = 0; build->workers && i < build->worker_count; i++) {
+        co_free(TAG, build->workers[i].nodes, 2 * build->largest * sizeof(CoBinaryNode));
+        co_free(TAG, build->workers[i].moved, build->largest * sizeof(CoBuildPrim));
+    }
+    co_free(TAG, build->workers, build->worker_count * sizeof *build->workers);
+    build->workers = NULL;
+}
+
+static void build_pieces(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Build *build = context;
+    for (size_t i = begin; i < end; i++) {
+        size_t at = build->round + i;
+        build->workers[worker].prims = build->prims->prims;
+        if (!co_subtree_build(&build->workers[worker], &build->ranges[at], build->range_count == 1,
+                              &build->pieces[at]))
+            build->is_out_of_memory = true;
+    }
+}
+
+static uint32_t moved_ref(uint32_t ref, uint32_t nodes, uint32_t places)
+{
+    return ref & CO_REF_LEAF ? ref + places : ref == CO_REF_NONE ? ref : ref + nodes;
+}
+
+// Puts pieces of a round to their places among all nodes and leaves.
+static void place_pieces(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Build *build = context;
+    CoTreeParts *out = build->out;
+    (void)worker;
+    for (size_t i = begin; i < end; i++) {
+        CoPiece *piece = &build->pieces[build->round + i];
+        uint32_t places = (uint32_t)(piece->leaf_base / CO_LEAF_UNIT);
+        uint32_t base = (uint32_t)piece->node_base;
+        CoWideNode *nodes = out->tree.nodes + base;
+        if (piece->node_count)
+            memcpy(nodes, piece->nodes, piece->node_count * sizeof *nodes);
+        if (piece->leaf_bytes)
+            memcpy(out->leaves + piece->leaf_base, piece->nodes + piece->node_count,
+                   piece->leaf_bytes);
+        for (size_t n = 0; n < piece->node_count; n++)
+            for (int k = 0; k < CO_NODE_WIDTH; k++)
+                nodes[n].child[k] = moved_ref(nodes[n].child[k], base, places);
+        piece->root = moved_ref(piece->root, base, places);
+        co_piece_clear(piece);
+    }
+}
+
+// Makes room for a round's pieces and says where each goes.
+static bool make_room(Build *build, size_t count)
+{
+    CoTreeParts *out = build->out;
+    for (size_t i = build->round + count; i-- > build->round;) {
+        CoPiece *piece = &build->pieces[i];
+        piece->node_base = out->tree.node_count;
+        piece->leaf_base = out->leaf_bytes;
+        out->tree.node_count += piece->node_count;
+        out->leaf_bytes += piece->leaf_bytes;
+    }
+    CO_CHECK(out->tree.node_count < CO_REF_NONE, build->err, COHORT_ERROR_LIMIT,
+             "a tree of more than 2^31 - 2 nodes; split the mesh");
+    CO_CHECK(out->leaf_bytes / CO_LEAF_UNIT <= CO_REF_LEAF_PLACE, build->err, COHORT_ERROR_LIMIT,
+             "a mesh whose leaves take more than 4 GiB; split the mesh");
+    void *nodes = out->tree.nodes, *leaves = out->leaves;
+    bool is_done =
+        resize(&nodes, &out->tree.node_capacity, out->tree.node_count, sizeof *out->tree.nodes);
+    out->tree.nodes = nodes;
+    if (is_done && out->leaf_bytes)
+        is_done = resize(&leaves, &out->leaf_capacity, out->leaf_bytes + CO_LEAF_TAIL, 1);
+    out->leaves = leaves;
+    return is_done || no_memory(build);
+}
+
+// Subtrees from the last to the first, some at a time; the prims of those that are done are freed.
+static bool build_round(Build *build, size_t count)
+{
+    CoPrimArray *prims = build->prims;
+    void *kept = prims->prims;
+    build->round -= count;
+    co_parallel_for(count, 1, build_pieces, build);
+    if (build->is_out_of_memory)
+        return no_memory(build);
+    if (build->round == 0)
+        co_prims_free(prims);
+    else if (resize(&kept, &prims->capacity, build->ranges[build->round].first, sizeof *prims->prims))
+        prims->prims = kept;
+    if (!make_room(build, count))
+        return false;
+    co_parallel_for(count, 1, place_pieces, build);
+    for (size_t i = build->round; i < build->round + count && build->range_count > 1; i++) {
+        Parent parent = build->parents[i];
+        build->out->tree.nodes[parent.node].child[parent.slot] = build->pieces[i].root;
+    }
+    return true;
+}
+
+static bool build_rounds(Build *build)
+{
+    size_t share = build->range_count / ROUND_SHARE + 1, width = 4 * build->worker_count;
+    size_t most = share < width ? width : share;
+    build->round = build->range_count;
+    while (build->round > 0)
+        if (!build_round(build, build->round < most ? build->round : most))
+            return false;
+    if (build->out->leaves)
+        memset(build->out->leaves + build->out->leaf_bytes, 0, CO_LEAF_TAIL);
+    return true;
+}
+
+static void free_build(Build *build)
+{
+    free_workers(build);
+    for (size_t i = 0; build->pieces && i < build->range_count; i++)
+        co_piece_clear(&build->pieces[i]);
+    co_free(TAG, build->pieces, build->range_count * sizeof *build->pieces);
+    co_free(TAG, build->parents, build->range_count * sizeof *build->parents);
+    co_free(TAG, build->ranges, build->range_capacity * sizeof *build->ranges);
+    co_free(TAG, build->binary, build->binary_capacity * sizeof *build->binary);
+    co_prims_free(build->prims);
+}
+
+bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out, CohortError *err)
+{
+    *out = (CoTreeParts){0};
+    co_box_empty(&out->tree.box);
+    Build build = {.prims = prims, .rule = rule, .out = out, .err = err};
+    bool is_done = true;
+    if (prims->count) {
+        is_done = (open_ranges(&build) && make_top(&build) && make_workers(&build)) ||
+                  no_memory(&build);
+        is_done = is_done && build_rounds(&build);
+    }
+    free_build(&build);
+    if (!is_done)
+        co_tree_parts_clear(out);
     return is_done;
 }

@@ -1,4 +1,8 @@
-// Builds trees: binned surface-area heuristic into a binary tree, then collapsed to 8 wide.
+// Builds trees: binned surface-area heuristic into binary trees, then collapsed to 8 wide.
+//
+// Large ranges are split by passes of all threads until they are small; then each is built,
+// collapsed and packed by one thread, and what it needed is given back at once. So a build never
+// holds much more than its result, and its memory does not grow with a binary tree over everything.
 //
 // Source: Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"; the collapse
 // is the cheapest one, by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient Incoherent
@@ -18,28 +22,38 @@ typedef struct CoBuildPrim {
     uint32_t unused;
 } CoBuildPrim;
 
-// What leaves look like.
+// What leaves look like. Both functions are called from any thread.
 typedef struct CoLeafRule {
-    // True when these may be one leaf; must hold for a single one. Called from any thread.
-    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count);
-    // Stores a leaf and gives its reference. False on failure, with *err set. Called in order.
-    bool (*emit)(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
-                 CohortError *err);
-    void *context;
+    // True when these may be one leaf, which must hold for a single one; *bytes is its size then, a
+    // multiple of CO_LEAF_UNIT, and 0 where leaves are only references.
+    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes);
+    // Writes a leaf of that size to `out` and gives its reference, less its place, which the
+    // builder adds.
+    uint32_t (*emit)(const void *context, const CoBuildPrim *prims, size_t count,
+                     unsigned char *out);
+    const void *context;
     size_t most; // prims of a leaf
 } CoLeafRule;
 
-// Builds a tree over prims [0, count), count < 2^31, which are reordered. On failure *out is an
-// empty tree.
-bool co_tree_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule, CoTree *out,
-                   CohortError *err);
+// A tree and its leaves. There are CO_LEAF_TAIL bytes of zero behind the last leaf.
+typedef struct CoTreeParts {
+    CoTree tree;
+    unsigned char *leaves;
+    size_t leaf_bytes, leaf_capacity;
+} CoTreeParts;
+
+// What a tree is to be built over; a block of CO_MEMORY_ACCEL.
+typedef struct CoPrimArray {
+    CoBuildPrim *prims;
+    size_t count, capacity;
+} CoPrimArray;
+
+// Builds a tree over fewer than 2^31 prims and frees them on the way, on failure too. On failure
+// *out is empty.
+bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out, CohortError *err);
+void co_tree_parts_clear(CoTreeParts *parts);
 void co_tree_clear(CoTree *tree);
-
-// Grows an array to hold at least `count` elements. The capacity is in elements.
-bool co_tree_grow(void **array, size_t *capacity, size_t count, size_t element, CohortError *err);
-
-// Gives back what an array holds beyond `count`; a failure to do so is harmless.
-void co_tree_shrink(void **array, size_t *capacity, size_t count, size_t element);
+void co_prims_free(CoPrimArray *prims);
 
 static inline void co_box_empty(CoBox *box)
 {
@@ -65,17 +79,5 @@ static inline double co_box_area(const CoBox *box)
         d[k] = (double)box->hi[k] - (double)box->lo[k];
     return d[0] < 0.0 ? 0.0 : d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
 }
-
-// A binary tree in the making. Node numbers depend on the threads' timing, the tree does not:
-// whoever walks it goes by its shape.
-typedef struct CoBinaryNode {
-    CoBox box;
-    uint32_t first, count; // range of prims
-    uint32_t left;         // 0 for a leaf; the right child is the next one
-} CoBinaryNode;
-
-// Builds into nodes[0 .. 2 count - 2] and returns how many there are; 0 on failure. count >= 1.
-size_t co_binary_build(CoBuildPrim *prims, uint32_t count, const CoLeafRule *rule,
-                       CoBinaryNode *nodes, CohortError *err);
 
 #endif

@@ -6,11 +6,6 @@
 
 #include <string.h>
 
-typedef struct Packing {
-    const CoMesh *mesh;
-    CoBvh *bvh;
-} Packing;
-
 // Collects the distinct points of triangles; false when there are more than a leaf holds.
 static bool distinct_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count,
                             uint32_t points[CO_LEAF_WIDTH], size_t *point_count)
@@ -33,12 +28,13 @@ static bool distinct_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t
     return true;
 }
 
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
 {
-    const Packing *packing = context;
     uint32_t points[CO_LEAF_WIDTH];
     size_t point_count;
-    return distinct_points(packing->mesh, prims, count, points, &point_count);
+    bool fits = distinct_points(context, prims, count, points, &point_count);
+    *bytes = fits ? co_leaf_size(count, point_count) : 0;
+    return fits;
 }
 
 static uint8_t find_point(const uint32_t *points, uint32_t point)
@@ -68,26 +64,15 @@ static void pack_leaf(unsigned char *bytes, const CoMesh *mesh, const CoBuildPri
             memcpy(bytes, &mesh->points[3 * (size_t)points[j] + k], sizeof(float));
 }
 
-static bool emit_leaf(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
-                      CohortError *err)
+static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
+                          unsigned char *out)
 {
-    const Packing *packing = context;
-    CoBvh *bvh = packing->bvh;
     uint32_t points[CO_LEAF_WIDTH];
-    size_t point_count, place = bvh->leaf_bytes / CO_LEAF_UNIT;
-    distinct_points(packing->mesh, prims, count, points, &point_count);
-    size_t size = co_leaf_size(count, point_count);
-    void *leaves = bvh->leaves;
-    CO_CHECK(place <= CO_REF_LEAF_PLACE, err, COHORT_ERROR_LIMIT,
-             "a mesh whose leaves take more than 4 GiB; split the mesh");
-    if (!co_tree_grow(&leaves, &bvh->leaf_capacity, bvh->leaf_bytes + size + CO_LEAF_TAIL, 1, err))
-        return false;
-    bvh->leaves = leaves;
-    memset(bvh->leaves + bvh->leaf_bytes, 0, size + CO_LEAF_TAIL);
-    pack_leaf(bvh->leaves + bvh->leaf_bytes, packing->mesh, prims, count, points, point_count);
-    *ref = CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT | (uint32_t)place;
-    bvh->leaf_bytes += size;
-    return true;
+    size_t point_count;
+    distinct_points(context, prims, count, points, &point_count);
+    memset(out, 0, co_leaf_size(count, point_count));
+    pack_leaf(out, context, prims, count, points, point_count);
+    return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
 }
 
 typedef struct PrimFill {
@@ -120,28 +105,27 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
     CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a mesh of more than 2^31 - 2 triangles; split the mesh");
     CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
-    size_t bytes = mesh->tri_count * sizeof(CoBuildPrim);
-    CoBuildPrim *prims = co_alloc(CO_MEMORY_ACCEL, bytes);
-    bool is_built = bvh && (prims || mesh->tri_count == 0);
-    if (is_built) {
-        PrimFill fill = {mesh, prims};
-        co_parallel_for(mesh->tri_count, 16384, fill_prims, &fill);
-        Packing packing = {mesh, bvh};
-        CoLeafRule rule = {leaf_fits, emit_leaf, &packing, CO_LEAF_WIDTH};
-        is_built = co_tree_build(prims, mesh->tri_count, &rule, &bvh->tree, err);
-        void *leaves = bvh->leaves;
-        if (leaves)
-            co_tree_shrink(&leaves, &bvh->leaf_capacity, bvh->leaf_bytes + CO_LEAF_TAIL, 1);
-        bvh->leaves = leaves;
-    } else {
+    CoPrimArray prims = {.count = mesh->tri_count, .capacity = mesh->tri_count};
+    prims.prims = co_alloc(CO_MEMORY_ACCEL, prims.count * sizeof *prims.prims);
+    if (!bvh || (!prims.prims && prims.count)) {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
                 mesh->tri_count);
-    }
-    co_free(CO_MEMORY_ACCEL, prims, bytes);
-    if (!is_built) {
+        co_prims_free(&prims);
         co_bvh_destroy(bvh);
         return NULL;
     }
+    PrimFill fill = {mesh, prims.prims};
+    co_parallel_for(mesh->tri_count, 16384, fill_prims, &fill);
+    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, CO_LEAF_WIDTH};
+    CoTreeParts parts;
+    if (!co_tree_build(&prims, &rule, &parts, err)) {
+        co_bvh_destroy(bvh);
+        return NULL;
+    }
+    bvh->tree = parts.tree;
+    bvh->leaves = parts.leaves;
+    bvh->leaf_bytes = parts.leaf_bytes;
+    bvh->leaf_capacity = parts.leaf_capacity;
     return bvh;
 }
 

@@ -12,21 +12,21 @@
 // kernel.
 #define BOX_PADDING 0x1p-18
 
-static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count)
+static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
 {
     (void)context;
     (void)prims;
+    *bytes = 0;
     return count == 1;
 }
 
-static bool emit_instance(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
-                          CohortError *err)
+static uint32_t emit_instance(const void *context, const CoBuildPrim *prims, size_t count,
+                              unsigned char *out)
 {
     (void)context;
     (void)count;
-    (void)err;
-    *ref = CO_REF_LEAF | prims[0].id;
-    return true;
+    (void)out;
+    return CO_REF_LEAF | prims[0].id;
 }
 
 static float to_float_range(double x)
@@ -92,15 +92,24 @@ static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *
     return used;
 }
 
+static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
+{
+    CoLeafRule rule = {single_fits, emit_instance, NULL, 1};
+    CoTreeParts parts;
+    bool is_built = co_tree_build(prims, &rule, &parts, err);
+    top->tree = parts.tree;
+    return is_built;
+}
+
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err)
 {
     CO_CHECK_NULL(count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a group of more than 2^31 - 2 instances; split it into groups");
     CoTop *top = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *top);
-    size_t bytes = count * sizeof(CoBuildPrim);
-    CoBuildPrim *prims = co_alloc(CO_MEMORY_ACCEL, bytes);
-    bool is_built = top && (prims || count == 0);
+    CoPrimArray prims = {.capacity = count};
+    prims.prims = co_alloc(CO_MEMORY_ACCEL, count * sizeof *prims.prims);
+    bool is_built = top && (prims.prims || count == 0);
     if (is_built && count) {
         top->count = count;
         top->boxes = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->boxes);
@@ -108,18 +117,15 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
         is_built = top->boxes && top->first_path;
     }
     if (is_built) {
-        CoLeafRule rule = {single_fits, emit_instance, NULL, 1};
-        uint32_t used = survey(top, instances, objects, prims);
-        is_built = top->depth <= CO_GROUP_DEPTH_MAX;
-        if (is_built)
-            is_built = co_tree_build(prims, used, &rule, &top->tree, err);
-        else
-            CO_FAIL(err, COHORT_ERROR_LIMIT, "groups are nested more than %d deep",
-                    CO_GROUP_DEPTH_MAX);
+        prims.count = survey(top, instances, objects, prims.prims);
+        is_built = top->depth <= CO_GROUP_DEPTH_MAX || CO_FAIL(err, COHORT_ERROR_LIMIT,
+                                                               "groups are nested more than %d deep",
+                                                               CO_GROUP_DEPTH_MAX);
+        is_built = is_built && build_tree(top, &prims, err);
     } else {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);
     }
-    co_free(CO_MEMORY_ACCEL, prims, bytes);
+    co_prims_free(&prims);
     if (!is_built) {
         co_top_destroy(top);
         return NULL;

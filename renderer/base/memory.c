@@ -1,5 +1,7 @@
 #include "base/memory.h"
 
+#include "base/pages.h"
+
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,11 +30,18 @@ static void count(CoMemoryTag tag, size_t size)
         ;
 }
 
+// Trees are what is walked at random and what grows by pieces.
+static bool is_paged(CoMemoryTag tag, size_t size)
+{
+    return tag == CO_MEMORY_ACCEL && co_pages_suit(size);
+}
+
 void *co_alloc(CoMemoryTag tag, size_t size)
 {
     if (size == 0 || size > SIZE_MAX / 2 || must_fail())
         return NULL;
-    void *ptr = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    void *ptr = is_paged(tag, size) ? co_pages_alloc(size)
+                                    : aligned_alloc(64, (size + 63) & ~(size_t)63);
     if (ptr)
         count(tag, size);
     return ptr;
@@ -51,11 +60,28 @@ void co_free(CoMemoryTag tag, void *ptr, size_t size)
     if (!ptr)
         return;
     atomic_fetch_sub_explicit(&tally[tag].live, size, memory_order_relaxed);
-    free(ptr);
+    if (is_paged(tag, size))
+        co_pages_free(ptr, size);
+    else
+        free(ptr);
+}
+
+static void *resize_pages(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
+{
+    void *moved = must_fail() ? NULL : co_pages_resize(ptr, old_size, new_size);
+    if (!moved)
+        return NULL;
+    if (new_size > old_size)
+        count(tag, new_size - old_size);
+    else
+        atomic_fetch_sub_explicit(&tally[tag].live, old_size - new_size, memory_order_relaxed);
+    return moved;
 }
 
 void *co_realloc(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
 {
+    if (ptr && is_paged(tag, old_size) && is_paged(tag, new_size))
+        return resize_pages(tag, ptr, old_size, new_size);
     void *moved = co_alloc(tag, new_size);
     if (!moved)
         return NULL;

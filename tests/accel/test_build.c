@@ -3,31 +3,30 @@
 
 #include "accel/build.h"
 #include "accel_scene.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 
-typedef struct Leaves {
-    uint32_t *ids;
-    size_t count;
-} Leaves;
-
-static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count)
+// Leaves of up to four ids, their count first.
+static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
 {
     (void)context;
     (void)prims;
+    *bytes = 32;
     return count <= 4;
 }
 
-// A reference holds where its ids start and how many there are.
-static bool list_leaf(void *context, const CoBuildPrim *prims, size_t count, uint32_t *ref,
-                      CohortError *err)
+static uint32_t list_leaf(const void *context, const CoBuildPrim *prims, size_t count,
+                          unsigned char *out)
 {
-    Leaves *leaves = context;
-    (void)err;
-    *ref = CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT | (uint32_t)leaves->count;
+    uint32_t words[8] = {(uint32_t)count};
+    (void)context;
     for (size_t i = 0; i < count; i++)
-        leaves->ids[leaves->count++] = prims[i].id;
-    return true;
+        words[i + 1] = prims[i].id;
+    memcpy(out, words, sizeof words);
+    return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
 }
+
+static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, 4};
 
 static CoBuildPrim *random_prims(size_t count, float size, uint64_t seed)
 {
@@ -42,11 +41,20 @@ static CoBuildPrim *random_prims(size_t count, float size, uint64_t seed)
     return prims;
 }
 
+static CoPrimArray array_of(const CoBuildPrim *prims, size_t count)
+{
+    CoPrimArray array = {.count = count, .capacity = count};
+    array.prims = co_alloc(CO_MEMORY_ACCEL, count * sizeof *prims);
+    assert_true(array.prims || count == 0);
+    if (count)
+        memcpy(array.prims, prims, count * sizeof *prims);
+    return array;
+}
+
 typedef struct Check {
-    const CoTree *tree;
-    const Leaves *leaves;
+    const CoTreeParts *parts;
     const CoBuildPrim *by_id;
-    size_t seen;
+    uint8_t *seen; // how often, by id
 } Check;
 
 static bool is_inside(const float lo[3], const float hi[3], const CoBox *box)
@@ -60,7 +68,7 @@ static bool is_inside(const float lo[3], const float hi[3], const CoBox *box)
 // Returns the depth below a node, whose box the parent says is `box`.
 static int check_node(Check *check, uint32_t index, const CoBox *box)
 {
-    const CoWideNode *node = &check->tree->nodes[index];
+    const CoWideNode *node = &check->parts->tree.nodes[index];
     int deepest = 0;
     for (int i = 0; i < CO_NODE_WIDTH; i++) {
         uint32_t ref = node->child[i];
@@ -76,11 +84,13 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
         assert_true(is_inside(child.lo, child.hi, box));
         int depth = 0;
         if (ref & CO_REF_LEAF) {
-            uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-            for (uint32_t j = 0; j < count; j++) {
-                uint32_t id = check->leaves->ids[(ref & CO_REF_LEAF_PLACE) + j];
-                assert_true(is_inside(check->by_id[id].lo, check->by_id[id].hi, &child));
-                check->seen++;
+            uint32_t words[8];
+            memcpy(words, check->parts->leaves + 16 * (size_t)(ref & CO_REF_LEAF_PLACE), 32);
+            assert_int_equal(words[0], (ref >> CO_REF_COUNT_SHIFT & 7u) + 1);
+            for (uint32_t j = 1; j <= words[0]; j++) {
+                const CoBuildPrim *prim = &check->by_id[words[j]];
+                assert_true(is_inside(prim->lo, prim->hi, &child));
+                check->seen[words[j]]++;
             }
         } else {
             depth = check_node(check, ref, &child);
@@ -90,31 +100,21 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
     return deepest + 1;
 }
 
-static void build_and_check(CoBuildPrim *prims, uint32_t count)
+static void build_and_check(const CoBuildPrim *prims, uint32_t count)
 {
-    CoBuildPrim *by_id = malloc((count + 1) * sizeof *by_id);
-    memcpy(by_id, prims, count * sizeof *by_id);
-    Leaves leaves = {malloc((count + 1) * sizeof(uint32_t)), 0};
-    CoLeafRule rule = {four_fit, list_leaf, &leaves, 4};
-    CoTree tree;
-    assert_true(co_tree_build(prims, count, &rule, &tree, NULL));
-    assert_int_equal(leaves.count, count);
-    if (count) {
-        Check check = {&tree, &leaves, by_id, 0};
-        assert_true(check_node(&check, 0, &tree.box) <= CO_TREE_DEPTH_MAX);
-        assert_int_equal(check.seen, count);
-        uint8_t *once = calloc(count, 1);
-        for (size_t i = 0; i < count; i++)
-            once[leaves.ids[i]]++;
-        for (size_t i = 0; i < count; i++)
-            assert_int_equal(once[i], 1);
-        free(once);
-    } else {
-        assert_int_equal(tree.node_count, 0);
-    }
-    co_tree_clear(&tree);
-    free(leaves.ids);
-    free(by_id);
+    CoPrimArray array = array_of(prims, count);
+    CoTreeParts parts;
+    assert_true(co_tree_build(&array, &four_rule, &parts, NULL));
+    assert_null(array.prims);
+    Check check = {&parts, prims, calloc(count + 1u, 1)};
+    if (count)
+        assert_true(check_node(&check, 0, &parts.tree.box) <= CO_TREE_DEPTH_MAX);
+    else
+        assert_int_equal(parts.tree.node_count, 0);
+    for (size_t i = 0; i < count; i++)
+        assert_int_equal(check.seen[i], 1);
+    co_tree_parts_clear(&parts);
+    free(check.seen);
 }
 
 static void trees_hold_everything_once(void **state)
@@ -155,25 +155,70 @@ static void threads_do_not_show(void **state)
     enum {
         COUNT = 150000
     };
-    CoTree trees[2];
-    Leaves leaves[2];
+    CoTreeParts parts[2];
     for (uint32_t k = 0; k < 2; k++) {
         co_worker_count_set(k ? 3 : 1);
         CoBuildPrim *prims = random_prims(COUNT, 0.02f, 6);
-        leaves[k] = (Leaves){malloc(COUNT * sizeof(uint32_t)), 0};
-        CoLeafRule rule = {four_fit, list_leaf, &leaves[k], 4};
-        assert_true(co_tree_build(prims, COUNT, &rule, &trees[k], NULL));
+        CoPrimArray array = array_of(prims, COUNT);
+        assert_true(co_tree_build(&array, &four_rule, &parts[k], NULL));
         free(prims);
     }
     co_worker_count_set(0);
-    assert_int_equal(trees[0].node_count, trees[1].node_count);
-    assert_memory_equal(trees[0].nodes, trees[1].nodes,
-                        trees[0].node_count * sizeof *trees[0].nodes);
-    assert_memory_equal(leaves[0].ids, leaves[1].ids, COUNT * sizeof(uint32_t));
-    for (int k = 0; k < 2; k++) {
-        co_tree_clear(&trees[k]);
-        free(leaves[k].ids);
+    assert_int_equal(parts[0].tree.node_count, parts[1].tree.node_count);
+    assert_memory_equal(parts[0].tree.nodes, parts[1].tree.nodes,
+                        parts[0].tree.node_count * sizeof *parts[0].tree.nodes);
+    assert_int_equal(parts[0].leaf_bytes, parts[1].leaf_bytes);
+    assert_memory_equal(parts[0].leaves, parts[1].leaves, parts[0].leaf_bytes);
+    for (int k = 0; k < 2; k++)
+        co_tree_parts_clear(&parts[k]);
+}
+
+// The prims are given back while the tree is made: what there is at most is little more than the
+// tree.
+static void peak_is_near_the_result(void **state)
+{
+    (void)state;
+    enum {
+        COUNT = 300000
+    };
+    co_worker_count_set(2);
+    CoBuildPrim *prims = random_prims(COUNT, 0.02f, 7);
+    size_t before = co_memory_live(CO_MEMORY_ACCEL);
+    CoPrimArray array = array_of(prims, COUNT);
+    CoTreeParts parts;
+    assert_true(co_tree_build(&array, &four_rule, &parts, NULL));
+    size_t result = co_memory_live(CO_MEMORY_ACCEL) - before;
+    assert_true((double)(co_memory_peak(CO_MEMORY_ACCEL) - before) <
+                1.6 * (double)(result > COUNT * sizeof *prims ? result : COUNT * sizeof *prims));
+    co_tree_parts_clear(&parts);
+    assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
+    co_worker_count_set(0);
+    free(prims);
+}
+
+static void failing_allocations_are_reported(void **state)
+{
+    (void)state;
+    enum {
+        COUNT = 20000
+    };
+    CoBuildPrim *prims = random_prims(COUNT, 0.02f, 8);
+    size_t before = co_memory_live(CO_MEMORY_ACCEL);
+    bool is_built = false;
+    uint64_t n;
+    for (n = 1; n < 200 && !is_built; n++) {
+        CohortError err = {0};
+        CoPrimArray array = array_of(prims, COUNT);
+        CoTreeParts parts;
+        co_memory_fail_after(n);
+        is_built = co_tree_build(&array, &four_rule, &parts, &err);
+        co_memory_fail_after(0);
+        assert_true(is_built || err.code == COHORT_ERROR_OUT_OF_MEMORY);
+        co_tree_parts_clear(&parts);
+        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
     }
+    assert_true(is_built && n > 10);
+    free(prims);
 }
 
 int main(void)
@@ -182,6 +227,8 @@ int main(void)
         cmocka_unit_test(trees_hold_everything_once),
         cmocka_unit_test(odd_distributions_end),
         cmocka_unit_test(threads_do_not_show),
+        cmocka_unit_test(peak_is_near_the_result),
+        cmocka_unit_test(failing_allocations_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
