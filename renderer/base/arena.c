@@ -25,10 +25,12 @@ _Static_assert(sizeof(CoArenaChunk) == 64, "chunk data starts on a cache line");
 #ifdef HAS_POISON
 #include <sanitizer/asan_interface.h>
 #define GAP_BYTES 16
+#define MIN_ALIGN 8 // of what can be told apart
 #define POISON(at, size) ASAN_POISON_MEMORY_REGION(at, size)
 #define UNPOISON(at, size) ASAN_UNPOISON_MEMORY_REGION(at, size)
 #else
 #define GAP_BYTES 0
+#define MIN_ALIGN 1
 #define POISON(at, size) ((void)0)
 #define UNPOISON(at, size) ((void)0)
 #endif
@@ -54,20 +56,31 @@ static CoArenaChunk *push_chunk(CoArena *arena, size_t size)
     return chunk;
 }
 
-void *co_arena_alloc(CoArena *arena, size_t size)
+void *co_arena_bytes(CoArena *arena, size_t size, size_t align)
 {
     if (size > SIZE_MAX / 4)
         return NULL;
-    size_t taken = ((size + 15) & ~(size_t)15) + GAP_BYTES;
+    align = align < MIN_ALIGN ? MIN_ALIGN : align;
     CoArenaChunk *chunk = arena->chunk;
-    if (!chunk || chunk->size - chunk->used < taken)
+    size_t taken = size + GAP_BYTES;
+    size_t from = chunk ? (chunk->used + align - 1) & ~(align - 1) : 0;
+    if (!chunk || from > chunk->size || chunk->size - from < taken) {
         chunk = push_chunk(arena, taken);
+        from = 0;
+    }
     if (!chunk)
         return NULL;
-    char *ptr = (char *)(chunk + 1) + chunk->used;
-    chunk->used += taken;
+    chunk->used = from + taken;
+    char *ptr = (char *)(chunk + 1) + from;
     UNPOISON(ptr, size);
-    memset(ptr, 0, size);
+    return ptr;
+}
+
+void *co_arena_alloc(CoArena *arena, size_t size)
+{
+    void *ptr = co_arena_bytes(arena, size, 16);
+    if (ptr)
+        memset(ptr, 0, size);
     return ptr;
 }
 

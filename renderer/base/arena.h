@@ -24,7 +24,10 @@ typedef struct CoArenaMark {
 // A size of 0 gives a valid pointer to nothing.
 void *co_arena_alloc(CoArena *arena, size_t size);
 
-// The same for `count` elements of `size` bytes, with the product checked.
+// `size` bytes as they come, not zeroed, aligned to `align`: a power of two, at most 64.
+void *co_arena_bytes(CoArena *arena, size_t size, size_t align);
+
+// Zeroed: `count` elements of `size` bytes, with the product checked.
 void *co_arena_array(CoArena *arena, size_t count, size_t size);
 
 // Copies `length` bytes and adds a NUL.

@@ -32,19 +32,17 @@ static const CoSpec *spec_below(const CoSpec *parent, const CoPath *path)
 {
     if (!path->selection)
         return co_spec_child(parent, path->name);
-    for (size_t i = 0; i < parent->variant_set_count; i++) {
-        const CoSpec *set = parent->variant_sets[i];
-        for (size_t j = 0; set->name == path->name && j < set->child_count; j++)
-            if (set->children[j]->name == path->selection)
-                return set->children[j];
-    }
+    const CoContents *in = co_spec_contents(parent);
+    for (size_t i = 0; i < in->variant_set_count; i++)
+        if (in->variant_sets[i]->name == path->name)
+            return co_spec_child(in->variant_sets[i], path->selection);
     return NULL;
 }
 
 static uint32_t spec_flags(const CoComposer *c, const CoSpec *spec)
 {
     const CoFieldNames *n = &c->names;
-    uint32_t flags = spec->variant_set_count ? CO_SITE_VARIANT_SETS : 0;
+    uint32_t flags = co_spec_contents(spec)->variant_set_count ? CO_SITE_VARIANT_SETS : 0;
     for (size_t i = 0; i < spec->field_count; i++) {
         const char *name = spec->fields[i].name;
         flags |= name == n->references         ? CO_SITE_REFERENCES

@@ -162,7 +162,7 @@ static bool parse_leaf(CoParser *p, Array *array)
     if (!room(p, array))
         return false;
     // Scratch may move or be used for paths while the element is read.
-    _Alignas(16) unsigned char element[16 * sizeof(double)];
+    _Alignas(16) unsigned char element[CO_ELEMENT_BYTES];
     if (!co_parse_element(p, array->info, element))
         return false;
     memcpy(p->scratch + array->count * array->element, element, array->element);
@@ -235,11 +235,7 @@ bool co_parse_array(CoParser *p, CohortType type, CoValue *out)
         p->scan.at = ahead.at;
     else if (!parse_list(p, &array))
         return false;
-    void *data = co_parse_alloc(p, array.count, array.element);
-    if (!data)
-        return false;
-    if (array.count)
-        memcpy(data, p->scratch, array.count * array.element);
-    *out = (CoValue){.type = type, .is_array = true, .count = array.count, .data = data};
-    return true;
+    *out = (CoValue){.type = type, .is_array = true, .count = (uint32_t)array.count};
+    out->data = co_parse_keep(p, p->scratch, array.count * array.element);
+    return out->data != NULL;
 }

@@ -89,10 +89,12 @@ static bool parse_item(CoParser *p, void *context)
         if (!parse_operands(p, edit->type, &item))
             return false;
         CoArrayEditItem *slot =
-            co_parse_push(p, &edit->edit->items, &edit->edit->count, sizeof *slot);
-        if (slot)
-            *slot = item;
-        return slot != NULL;
+            co_parse_push(p, &edit->edit->items, edit->edit->count, sizeof *slot);
+        if (!slot)
+            return false;
+        *slot = item;
+        edit->edit->count++;
+        return true;
     }
     return co_parse_expected(p,
                              "write, insert, prepend, append, erase, minsize, maxsize or resize");

@@ -39,6 +39,16 @@ static bool sort_entries(CoParser *p, CoDict *dict)
     return true;
 }
 
+static bool push_entry(CoParser *p, CoDict *dict, const char *key, CoValue *value)
+{
+    CoDictEntry *entry = co_parse_push(p, &dict->entries, dict->count, sizeof *entry);
+    if (!entry)
+        return false;
+    *entry = (CoDictEntry){key, value};
+    dict->count++;
+    return true;
+}
+
 static bool parse_key(CoParser *p, const char **key)
 {
     CoSlice word;
@@ -84,9 +94,7 @@ static bool parse_entry(CoParser *p, void *context)
 {
     CoDict *dict = context;
     const char *key;
-    CoValue *value = co_parse_alloc(p, 1, sizeof *value);
-    if (!value)
-        return false;
+    CoValue parsed;
     if (co_scan_word(&p->scan, "dictionary")) {
         CoDict *inner = co_parse_alloc(p, 1, sizeof *inner);
         if (!inner)
@@ -95,15 +103,15 @@ static bool parse_entry(CoParser *p, void *context)
             return co_parse_expected(p, "a blank and a key");
         if (!parse_key(p, &key) || !co_parse_assignment(p) || !co_parse_dictionary(p, inner))
             return false;
-        *value = (CoValue){.type = COHORT_TYPE_DICTIONARY, .count = 1, .data = inner};
-    } else if (!parse_typed(p, &key, value)) {
+        parsed = (CoValue){.type = COHORT_TYPE_DICTIONARY, .count = 1, .data = inner};
+    } else if (!parse_typed(p, &key, &parsed)) {
         return false;
     }
-    CoDictEntry *entry = co_parse_push(p, &dict->entries, &dict->count, sizeof *entry);
-    if (!entry)
+    CoValue *value = co_parse_alloc(p, 1, sizeof *value);
+    if (!value)
         return false;
-    *entry = (CoDictEntry){key, value};
-    return true;
+    *value = parsed;
+    return push_entry(p, dict, key, value);
 }
 
 bool co_parse_dictionary(CoParser *p, CoDict *out)
@@ -124,9 +132,5 @@ bool co_dict_set(CoParser *p, CoDict *dict, const char *key, CoValue *value)
             dict->entries[i].value = value;
             return true;
         }
-    CoDictEntry *entry = co_parse_push(p, &dict->entries, &dict->count, sizeof *entry);
-    if (!entry)
-        return false;
-    *entry = (CoDictEntry){key, value};
-    return sort_entries(p, dict);
+    return push_entry(p, dict, key, value) && sort_entries(p, dict);
 }

@@ -123,9 +123,10 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
             *err = local;
         return NULL;
     }
+    uint64_t max_length = limit(o->max_array_length, UINT64_C(1) << 31);
     CoParser parser = {
         .max_depth = limit(o->max_depth, 512),
-        .max_array_length = limit(o->max_array_length, UINT64_C(1) << 31),
+        .max_array_length = max_length < UINT32_MAX ? max_length : UINT32_MAX,
         .max_prims = limit(o->max_prims, 100000000),
         .report = report,
         .cookie = cookie,

@@ -31,7 +31,7 @@ typedef enum CoListOpKind {
 typedef struct CoListOp {
     bool is_explicit;
     struct {
-        void *items;
+        const void *items;
         size_t count;
     } list[CO_LIST_KIND_COUNT];
 } CoListOp;
@@ -128,11 +128,11 @@ typedef struct CoRelocate {
 } CoRelocate;
 
 // One value. Arrays are packed elements at `data`; scalars too (count 1). Blocks (None) have
-// type COHORT_TYPE_BLOCK.
+// type COHORT_TYPE_BLOCK. Equal small values of a layer may share their data.
 struct CoValue {
-    CohortType type;
+    CohortType type : 16;
     bool is_array;
-    size_t count;     // elements
+    uint32_t count;   // elements
     const void *data; // elements of co_type_size(type) bytes, or what stands below
 };
 
@@ -183,24 +183,31 @@ typedef enum CoSpecKind {
 
 typedef struct CoSpec CoSpec;
 typedef struct CoNameIndex CoNameIndex;
-struct CoSpec {
-    CoSpecKind kind;
-    const char *name; // token; of a variant its name, of a variant set its name
-    CoSpec *parent;
-    uint32_t line;
-    CohortSpecifier specifier;  // prims
-    const char *type_name;      // token: prim type ("" none) or attribute type ("float3[]")
-    bool is_custom, is_uniform; // properties
-    CoField *fields;
-    size_t field_count;
-    CoSpec **children; // prims, in order (of the layer, a prim or a variant)
-    size_t child_count;
-    CoSpec **properties; // in order
-    size_t property_count;
+
+// The specs below one.
+typedef struct CoContents {
+    CoSpec **children;     // prims, in order (of the layer, a prim or a variant)
+    CoSpec **properties;   // in order
     CoSpec **variant_sets; // each with variants as its children
-    size_t variant_set_count;
-    CoNameIndex *child_index, *property_index; // of long lists, for co_spec_child and _property
+    uint32_t child_count, property_count, variant_set_count;
+    CoNameIndex *index; // of long lists, for co_spec_child and _property
+    const char *set;    // of a variant: the name of its set, a token
+} CoContents;
+
+// A layer can hold millions: what only some need is elsewhere.
+struct CoSpec {
+    const char *name;      // token; of a variant its name, of a variant set its name
+    const char *type_name; // token: prim type ("" none) or attribute type ("float3[]")
+    CoField *fields;
+    CoContents *contents; // NULL: nothing; see co_spec_contents
+    uint32_t line;
+    uint32_t field_count : 24;
+    CoSpecKind kind : 4;
+    CohortSpecifier specifier : 2;        // prims
+    bool is_custom : 1, is_uniform : 1; // properties
 };
+
+_Static_assert(sizeof(CoSpec) <= 40 && sizeof(CoField) <= 32, "specs and fields stay small");
 
 typedef struct CoLayer {
     CoArena arena;
@@ -219,6 +226,9 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
 CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
                        CohortDiagnosticFn *report, void *cookie, CohortError *err);
 void co_layer_destroy(CoLayer *layer);
+
+// Never NULL.
+const CoContents *co_spec_contents(const CoSpec *spec);
 
 // NULL when the spec has no such field. `name` must be a token.
 const CoField *co_spec_field(const CoSpec *spec, const char *name);

@@ -28,7 +28,7 @@ static bool sublayer_parameter(CoParser *p, void *context)
 
 typedef struct ItemList {
     void *items;
-    size_t count;
+    uint32_t count;
 } ItemList;
 
 static bool sublayer_item(CoParser *p, void *context)
@@ -48,10 +48,12 @@ static bool sublayer_item(CoParser *p, void *context)
         if (!co_parse_statements(p, ')', sublayer_parameter, &arc))
             return false;
     }
-    CoArc *slot = co_parse_push(p, &list->items, &list->count, sizeof *slot);
-    if (slot)
-        *slot = arc;
-    return slot != NULL;
+    CoArc *slot = co_parse_push(p, &list->items, list->count, sizeof *slot);
+    if (!slot)
+        return false;
+    *slot = arc;
+    list->count++;
+    return true;
 }
 
 bool co_parse_sublayers(CoParser *p, CoSpec *spec)
@@ -92,10 +94,12 @@ static bool relocate_item(CoParser *p, void *context)
     co_scan_inline(&p->scan);
     if (!relocate_path(p, true, &relocate.target))
         return false;
-    CoRelocate *slot = co_parse_push(p, &list->items, &list->count, sizeof *slot);
-    if (slot)
-        *slot = relocate;
-    return slot != NULL;
+    CoRelocate *slot = co_parse_push(p, &list->items, list->count, sizeof *slot);
+    if (!slot)
+        return false;
+    *slot = relocate;
+    list->count++;
+    return true;
 }
 
 bool co_parse_relocates(CoParser *p, CoSpec *spec)

@@ -107,9 +107,10 @@ static bool parse_item(CoParser *p, void *context)
     _Alignas(16) unsigned char item[sizeof(CoArc)] = {0};
     if (!items->syntax->item(p, items->syntax->context, item))
         return false;
-    void *slot = co_parse_push(p, &items->list, &items->count, items->syntax->item_size);
+    void *slot = co_parse_push(p, &items->list, items->count, items->syntax->item_size);
     if (!slot)
         return false;
+    items->count++;
     memcpy(slot, item, items->syntax->item_size);
     return true;
 }
@@ -142,22 +143,25 @@ bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind
     CoValue *value = co_parse_field(p, spec, field, at);
     if (!value)
         return false;
-    CoListOp *op = co_parse_alloc(p, 1, sizeof *op);
-    if (!op)
-        return false;
+    CoListOp op;
+    memset(&op, 0, sizeof op); // padding too: it is looked for by its bytes
     // The whole list replaces what was said before, and the other forms replace a whole list.
     bool was_list =
         value->type == syntax->type && (value->is_array || syntax->type != COHORT_TYPE_OPAQUE);
     if (was_list && kind != CO_LIST_EXPLICIT) {
         const CoListOp *before = value->data;
         if (!before->is_explicit)
-            *op = *before;
+            op = *before;
     }
-    op->is_explicit = kind == CO_LIST_EXPLICIT;
-    op->list[kind].items = items.list;
-    op->list[kind].count = items.count;
-    *value = (CoValue){.type = syntax->type, .count = 1, .data = op};
-    return true;
+    op.is_explicit = kind == CO_LIST_EXPLICIT;
+    op.list[kind].items = co_parse_keep(p, items.list, items.count * syntax->item_size);
+    op.list[kind].count = items.count;
+    if (!op.list[kind].items)
+        return false;
+    co_parse_list_free(p, items.list, items.count, syntax->item_size);
+    *value = (CoValue){.type = syntax->type, .count = 1};
+    value->data = co_parse_keep(p, &op, sizeof op);
+    return value->data != NULL;
 }
 
 // ---- Paths, names, arcs ------------------------------------------------------------------------
@@ -188,33 +192,36 @@ bool co_parse_path_list(CoParser *p, CoSpec *spec, const char *field, CoListOpKi
     return co_parse_list_op(p, spec, field, kind, &syntax);
 }
 
+typedef struct Names {
+    CohortString *list;
+    uint32_t count;
+} Names;
+
 static bool name_item(CoParser *p, void *context)
 {
+    Names *names = context;
     CohortString string, *slot;
-    CoValue *value = context;
-    CohortString *list;
-    memcpy(&list, &value->data, sizeof list);
     if (!co_parse_string(p, &string))
         return false;
-    slot = co_parse_push(p, &list, &value->count, sizeof *slot);
+    slot = co_parse_push(p, &names->list, names->count, sizeof *slot);
     if (!slot)
         return false;
     *slot = string;
-    value->data = list;
+    names->count++;
     return true;
 }
 
 bool co_parse_names(CoParser *p, CoSpec *spec, const char *field)
 {
     const char *at = p->scan.at;
-    CoValue names = {.type = COHORT_TYPE_TOKEN, .is_array = true};
+    Names names = {0};
     if (!co_parse_assignment(p))
         return false;
     bool good = co_scan_char(&p->scan, '[') ? co_parse_list(p, ']', true, name_item, &names)
                                             : name_item(p, &names);
     CoValue *value = good ? co_parse_field(p, spec, field, at) : NULL;
     if (value)
-        *value = names;
+        *value = (CoValue){COHORT_TYPE_TOKEN, true, names.count, names.list};
     return value != NULL;
 }
 

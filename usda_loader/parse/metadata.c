@@ -170,12 +170,12 @@ static bool set_text(CoParser *p, CoSpec *spec, const char *field, CohortType ty
                      const char *text, size_t length)
 {
     CoValue *value = co_parse_field(p, spec, field, at);
-    CohortString *string = co_parse_alloc(p, 1, sizeof *string);
-    if (!value || !string)
+    CohortString string = {co_parse_token(p, text, length), length};
+    if (!value || !string.text)
         return false;
-    *string = (CohortString){co_parse_token(p, text, length), length};
-    *value = (CoValue){.type = type, .count = 1, .data = string};
-    return string->text != NULL;
+    *value = (CoValue){.type = type, .count = 1};
+    value->data = co_parse_keep(p, &string, sizeof string);
+    return value->data != NULL;
 }
 
 static bool parse_string_field(CoParser *p, CoSpec *spec, const char *field, CohortType type)

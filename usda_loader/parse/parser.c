@@ -8,7 +8,8 @@
 
 // Errors reported for one layer before the rest is left alone.
 enum {
-    MAX_ERRORS = 100
+    MAX_ERRORS = 100,
+    MAX_FIELDS = (1 << 24) - 1 // what CoSpec.field_count can hold
 };
 
 static void report(CoParser *p, const char *at, CohortErrorCode code, const char *text)
@@ -92,45 +93,7 @@ bool co_parse_char(CoParser *p, char c)
     return co_parse_expected(p, what);
 }
 
-// ---- Memory ------------------------------------------------------------------------------------
-
-static void *or_stop(CoParser *p, void *memory)
-{
-    if (!memory)
-        co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    return memory;
-}
-
-void *co_parse_alloc(CoParser *p, size_t count, size_t size)
-{
-    return or_stop(p, co_arena_array(&p->layer->arena, count, size));
-}
-
-const char *co_parse_token(CoParser *p, const char *text, size_t length)
-{
-    const char *token = co_token(text, length);
-    if (!token)
-        co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    return token;
-}
-
-void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size)
-{
-    void *list;
-    memcpy(&list, list_pointer, sizeof list);
-    size_t used = *count;
-    if ((used & (used - 1)) == 0) {
-        unsigned char *grown = co_parse_alloc(p, used ? used * 2 : 1, size);
-        if (!grown)
-            return NULL;
-        if (used)
-            memcpy(grown, list, used * size);
-        list = grown;
-        memcpy(list_pointer, &list, sizeof list);
-    }
-    *count = used + 1;
-    return (unsigned char *)list + used * size;
-}
+// ---- Fields ------------------------------------------------------------------------------------
 
 // Field names are few and come from tables, so most are known by their address.
 static const char *name_token(CoParser *p, const char *name)
@@ -155,10 +118,16 @@ CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char 
     for (size_t i = 0; i < spec->field_count; i++)
         if (spec->fields[i].name == token)
             field = &spec->fields[i];
-    if (!field)
-        field = co_parse_push(p, &spec->fields, &spec->field_count, sizeof *field);
-    if (!field)
-        return NULL;
+    if (!field) {
+        if (spec->field_count >= MAX_FIELDS) {
+            co_parse_stop(p, at, COHORT_ERROR_LIMIT, "more than %d fields in one place", MAX_FIELDS);
+            return NULL;
+        }
+        field = co_parse_push(p, &spec->fields, spec->field_count, sizeof *field);
+        if (!field)
+            return NULL;
+        spec->field_count++;
+    }
     field->name = token;
     field->line = co_parse_line(p, at);
     return &field->value;
@@ -171,21 +140,6 @@ bool co_parse_deeper(CoParser *p, const char *at)
                              "nested deeper than %llu levels; raise max_depth to read it",
                              (unsigned long long)p->max_depth);
     p->depth++;
-    return true;
-}
-
-bool co_parse_scratch(CoParser *p, size_t size)
-{
-    if (size <= p->scratch_size)
-        return true;
-    size_t grown = p->scratch_size ? p->scratch_size : 4096;
-    while (grown < size)
-        grown += grown;
-    unsigned char *scratch = co_realloc(CO_MEMORY_USDA, p->scratch, p->scratch_size, grown);
-    if (!scratch)
-        return or_stop(p, NULL) != NULL;
-    p->scratch = scratch;
-    p->scratch_size = grown;
     return true;
 }
 

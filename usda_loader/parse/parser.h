@@ -13,8 +13,28 @@
 #include "parse/types.h"
 
 enum {
-    CO_NAME_CACHE = 64
+    CO_NAME_CACHE = 64,
+    CO_TOKEN_CACHE = 256,
+    CO_KEPT_CACHE = 256,
+    CO_SPARE_SIZES = 13 // blocks of up to 4096 bytes
 };
+
+typedef struct CoKnownToken {
+    const char *token;
+    uint64_t hash;
+    size_t length;
+} CoKnownToken;
+
+typedef struct CoKnownType {
+    const char *name; // token
+    CohortType type;
+    bool is_array;
+} CoKnownType;
+
+typedef struct CoKept {
+    const void *data;
+    size_t size, align;
+} CoKept;
 
 typedef struct CoParser {
     CoScan scan;
@@ -28,6 +48,10 @@ typedef struct CoParser {
     struct {
         const char *name, *token;
     } names[CO_NAME_CACHE]; // tokens of field names by the address of the name
+    CoKnownToken tokens[CO_TOKEN_CACHE]; // met last, by hash
+    CoKnownType types[CO_NAME_CACHE];    // named last, by address
+    CoKept kept[CO_KEPT_CACHE];          // small values stored last, by hash
+    void *spare[CO_SPARE_SIZES];         // blocks that lists outgrew, by log2 of the size
     uint32_t error_count;
     bool stopped;    // memory or a limit is at an end: no recovery
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
@@ -47,11 +71,17 @@ bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char
 bool co_parse_expected(CoParser *p, const char *what);
 bool co_parse_char(CoParser *p, char c); // demands it
 
-void *co_parse_alloc(CoParser *p, size_t count, size_t size);
+void *co_parse_alloc(CoParser *p, size_t count, size_t size); // zeroed
 const char *co_parse_token(CoParser *p, const char *text, size_t length);
-// Makes room for one more item in an arena list and returns it, zeroed. Capacity is the next power
-// of two of the count.
-void *co_parse_push(CoParser *p, void *list_pointer, size_t *count, size_t size);
+// A copy that nobody will change. Small ones may be those of an equal copy made before.
+const void *co_parse_keep(CoParser *p, const void *data, size_t size);
+const char *co_parse_keep_text(CoParser *p, const char *text, size_t length); // with a NUL
+// Makes room for item `count` of a list and returns it, zeroed. Capacity is the next power of two of
+// the count; blocks that a list has outgrown go to others.
+void *co_parse_push(CoParser *p, void *list_pointer, size_t count, size_t size);
+void co_parse_list_free(CoParser *p, void *list, size_t count, size_t size);
+// The type that a token names; false when it is not known.
+bool co_parse_type(CoParser *p, const char *name, CohortType *type, bool *is_array);
 // The field of that name, new or with what was said before. `name` outlives the parse.
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at);
 bool co_parse_deeper(CoParser *p, const char *at); // p->depth++ within the limit
@@ -76,6 +106,8 @@ bool co_asset_check(CoParser *p, const char *at, const CohortString *asset);
 // An identifier with C++ namespaces that is no keyword: a type or a metadata name.
 bool co_scan_type_name(CoScan *scan, CoSlice *out);
 bool co_slice_is(CoSlice slice, const char *text);
+// co_token by co_hash_bytes(text, length, 0).
+const char *co_token_hashed(const char *text, size_t length, uint64_t hash);
 
 // ---- Paths (path.c)
 typedef struct CoPathInfo {
@@ -138,9 +170,11 @@ bool co_parse_samples(CoParser *p, CoSpec *attribute); // from its '='
 bool co_parse_spline(CoParser *p, CoSpline *out);      // from its '{'
 CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
                       const char *at);
-// The spec of that name in a list, NULL if none.
-CoSpec *co_parse_known(const CoNameIndex *index, CoSpec *const *list, size_t count,
-                       const char *name);
+// The spec of that name below one, NULL if none.
+CoSpec *co_parse_child(const CoSpec *spec, const char *name);
+CoSpec *co_parse_property_named(const CoSpec *spec, const char *name);
+// Said a second time, a set holds only the variants said then.
+void co_parse_clear_children(CoSpec *spec);
 bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found);
 
 #endif

@@ -84,9 +84,10 @@ static CoSpec *find_set(CoParser *p, CoSpec *owner, const CohortString *name, co
     const char *token = co_parse_token(p, name->text, name->length);
     if (!token)
         return NULL;
-    for (size_t i = 0; i < owner->variant_set_count; i++)
-        if (owner->variant_sets[i]->name == token)
-            return owner->variant_sets[i];
+    const CoContents *in = co_spec_contents(owner);
+    for (size_t i = 0; i < in->variant_set_count; i++)
+        if (in->variant_sets[i]->name == token)
+            return in->variant_sets[i];
     return co_parse_spec(p, owner, CO_SPEC_VARIANT_SET, token, at);
 }
 
@@ -95,7 +96,7 @@ static CoSpec *find_variant(CoParser *p, CoSpec *set, const CohortString *name, 
     const char *token = co_parse_token(p, name->text, name->length);
     if (!token)
         return NULL;
-    CoSpec *known = co_parse_known(set->child_index, set->children, set->child_count, token);
+    CoSpec *known = co_parse_child(set, token);
     return known ? known : co_parse_spec(p, set, CO_SPEC_VARIANT, token, at);
 }
 
@@ -132,9 +133,7 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
     co_scan_space(&p->scan);
     if (!set || !co_parse_char(p, '{'))
         return false;
-    // Said a second time, a set holds only the variants said then.
-    set->child_count = 0;
-    set->child_index = NULL;
+    co_parse_clear_children(set);
     // "{}" may stand for no variants, but not with anything between.
     bool done = co_scan_char(&p->scan, '}');
     while (!done) {

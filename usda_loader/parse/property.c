@@ -94,8 +94,7 @@ static bool same_type(const char *a, const char *b)
 static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
 {
     CoSpecKind kind = what->is_relationship ? CO_SPEC_RELATIONSHIP : CO_SPEC_ATTRIBUTE;
-    CoSpec *spec =
-        co_parse_known(prim->property_index, prim->properties, prim->property_count, what->name);
+    CoSpec *spec = co_parse_property_named(prim, what->name);
     if (!spec) {
         spec = co_parse_spec(p, prim, kind, what->name, what->at);
         if (!spec)
@@ -131,8 +130,7 @@ bool co_parse_typed(CoParser *p, const CoSpec *attribute, CoValue *out)
         *out = (CoValue){.type = COHORT_TYPE_BLOCK};
         return true;
     }
-    bool known =
-        co_type_from_name(attribute->type_name, strlen(attribute->type_name), &type, &is_array);
+    bool known = co_parse_type(p, attribute->type_name, &type, &is_array);
     // A path stands for itself whatever the type.
     if (!known || (!is_array && co_scan_peek(&p->scan) == '<'))
         return co_parse_opaque(p, out);

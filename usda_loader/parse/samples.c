@@ -5,7 +5,6 @@
 typedef struct Samples {
     const CoSpec *attribute;
     CoTimeSamples *samples;
-    size_t value_count;
     bool sorted;
 } Samples;
 
@@ -23,13 +22,13 @@ static bool sample_item(CoParser *p, void *context)
     if (!co_parse_typed(p, samples->attribute, &parsed))
         return false;
     CoTimeSamples *all = samples->samples;
-    double *slot = co_parse_push(p, &all->times, &all->count, sizeof *slot);
-    CoValue *value = co_parse_push(p, &all->values, &samples->value_count, sizeof *value);
+    double *slot = co_parse_push(p, &all->times, all->count, sizeof *slot);
+    CoValue *value = co_parse_push(p, &all->values, all->count, sizeof *value);
     if (!slot || !value)
         return false;
     *slot = time.real;
     *value = parsed;
-    size_t n = all->count;
+    size_t n = ++all->count;
     samples->sorted &= n < 2 || all->times[n - 2] < all->times[n - 1];
     return true;
 }
@@ -74,7 +73,7 @@ bool co_parse_samples(CoParser *p, CoSpec *attribute)
 {
     const char *at = p->scan.at;
     CoTimeSamples *all = co_parse_alloc(p, 1, sizeof *all);
-    Samples samples = {attribute, all, 0, true};
+    Samples samples = {attribute, all, true};
     if (!all || !co_parse_assignment(p) || !co_parse_char(p, '{') ||
         !co_parse_list(p, '}', false, sample_item, &samples))
         return false;

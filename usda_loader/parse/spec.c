@@ -10,9 +10,13 @@ enum {
     SHORT_LIST = 16
 };
 
-struct CoNameIndex {
+typedef struct Table {
     uint32_t *slots; // position + 1, 0 = empty
-    size_t capacity; // a power of two
+    size_t capacity; // a power of two; 0: there is none
+} Table;
+
+struct CoNameIndex {
+    Table children, properties;
 };
 
 static size_t slot_of(const char *name, size_t capacity)
@@ -20,53 +24,107 @@ static size_t slot_of(const char *name, size_t capacity)
     return (size_t)co_hash64((uint64_t)(uintptr_t)name) & (capacity - 1);
 }
 
-static void index_add(CoNameIndex *index, const char *name, size_t position)
+static void table_add(Table *table, const char *name, size_t position)
 {
-    size_t slot = slot_of(name, index->capacity);
-    while (index->slots[slot])
-        slot = (slot + 1) & (index->capacity - 1);
-    index->slots[slot] = (uint32_t)position + 1;
+    size_t slot = slot_of(name, table->capacity);
+    while (table->slots[slot])
+        slot = (slot + 1) & (table->capacity - 1);
+    table->slots[slot] = (uint32_t)position + 1;
 }
 
-// Keeps the table at most half full; the old one stays in the arena until the layer goes.
-static bool index_update(CoParser *p, CoNameIndex **index, CoSpec *const *list, size_t count)
+// Takes in the last of a long list. Keeps the table at most half full; the old one stays in the arena
+// until the layer goes.
+static bool table_update(CoParser *p, Table *table, CoSpec *const *list, size_t count)
 {
-    if (count <= SHORT_LIST)
-        return true;
-    if (*index && count * 2 <= (*index)->capacity) {
-        index_add(*index, list[count - 1]->name, count - 1);
+    if (count * 2 <= table->capacity) {
+        table_add(table, list[count - 1]->name, count - 1);
         return true;
     }
     if (count >= UINT32_MAX)
         return co_parse_stop(p, p->scan.at, COHORT_ERROR_LIMIT,
                              "more than 2^32 names in one place");
-    CoNameIndex *grown = co_parse_alloc(p, 1, sizeof *grown);
-    if (!grown)
-        return false;
-    grown->capacity = *index ? (*index)->capacity * 4 : 4 * SHORT_LIST * 2;
-    grown->slots = co_parse_alloc(p, grown->capacity, sizeof *grown->slots);
-    if (!grown->slots)
+    Table grown = {.capacity = table->capacity ? table->capacity * 4 : 4 * SHORT_LIST * 2};
+    grown.slots = co_parse_alloc(p, grown.capacity, sizeof *grown.slots);
+    if (!grown.slots)
         return false;
     for (size_t i = 0; i < count; i++)
-        index_add(grown, list[i]->name, i);
-    *index = grown;
+        table_add(&grown, list[i]->name, i);
+    *table = grown;
     return true;
 }
 
-CoSpec *co_parse_known(const CoNameIndex *index, CoSpec *const *list, size_t count,
-                       const char *name)
+static CoSpec *find(const Table *table, CoSpec *const *list, size_t count, const char *name)
 {
-    if (!index) {
+    if (!table || !table->capacity) {
         for (size_t i = 0; i < count; i++)
             if (list[i]->name == name)
                 return list[i];
         return NULL;
     }
-    for (size_t slot = slot_of(name, index->capacity); index->slots[slot];
-         slot = (slot + 1) & (index->capacity - 1))
-        if (list[index->slots[slot] - 1]->name == name)
-            return list[index->slots[slot] - 1];
+    for (size_t slot = slot_of(name, table->capacity); table->slots[slot];
+         slot = (slot + 1) & (table->capacity - 1))
+        if (list[table->slots[slot] - 1]->name == name)
+            return list[table->slots[slot] - 1];
     return NULL;
+}
+
+const CoContents *co_spec_contents(const CoSpec *spec)
+{
+    static const CoContents none = {0};
+    return spec->contents ? spec->contents : &none;
+}
+
+CoSpec *co_parse_child(const CoSpec *spec, const char *name)
+{
+    const CoContents *in = co_spec_contents(spec);
+    return find(in->index ? &in->index->children : NULL, in->children, in->child_count, name);
+}
+
+CoSpec *co_parse_property_named(const CoSpec *spec, const char *name)
+{
+    const CoContents *in = co_spec_contents(spec);
+    return find(in->index ? &in->index->properties : NULL, in->properties, in->property_count,
+                name);
+}
+
+void co_parse_clear_children(CoSpec *spec)
+{
+    CoContents *in = spec->contents;
+    if (!in)
+        return;
+    in->child_count = 0;
+    in->children = NULL;
+    in->index = NULL;
+}
+
+// ---- Creation ----------------------------------------------------------------------------------
+
+static bool append(CoParser *p, CoContents *in, CoSpec *spec)
+{
+    bool is_set = spec->kind == CO_SPEC_VARIANT_SET;
+    bool is_child = spec->kind == CO_SPEC_PRIM || spec->kind == CO_SPEC_VARIANT;
+    CoSpec ***list = is_set ? &in->variant_sets : is_child ? &in->children : &in->properties;
+    uint32_t *count = is_set     ? &in->variant_set_count
+                      : is_child ? &in->child_count
+                                 : &in->property_count;
+    CoSpec **slot = co_parse_push(p, list, *count, sizeof(CoSpec *));
+    if (!slot)
+        return false;
+    *slot = spec;
+    ++*count;
+    if (is_set || *count <= SHORT_LIST)
+        return true;
+    if (!in->index)
+        in->index = co_parse_alloc(p, 1, sizeof *in->index);
+    return in->index && table_update(p, is_child ? &in->index->children : &in->index->properties,
+                                     *list, *count);
+}
+
+static CoContents *contents_of(CoParser *p, CoSpec *spec)
+{
+    if (!spec->contents)
+        spec->contents = co_parse_alloc(p, 1, sizeof *spec->contents);
+    return spec->contents;
 }
 
 CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
@@ -77,29 +135,22 @@ CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *
         return NULL;
     spec->kind = kind;
     spec->name = name;
-    spec->parent = parent;
     spec->line = co_parse_line(p, at);
     spec->type_name = p->empty;
     if (!parent)
         return spec;
-    bool is_property = kind == CO_SPEC_ATTRIBUTE || kind == CO_SPEC_RELATIONSHIP;
-    CoSpec **slot;
-    if (kind == CO_SPEC_VARIANT_SET)
-        slot = co_parse_push(p, &parent->variant_sets, &parent->variant_set_count, sizeof *slot);
-    else if (is_property)
-        slot = co_parse_push(p, &parent->properties, &parent->property_count, sizeof *slot);
-    else
-        slot = co_parse_push(p, &parent->children, &parent->child_count, sizeof *slot);
-    if (!slot)
+    if (!contents_of(p, parent) || !append(p, parent->contents, spec))
         return NULL;
-    *slot = spec;
-    bool good =
-        kind == CO_SPEC_VARIANT_SET ||
-        (is_property
-             ? index_update(p, &parent->property_index, parent->properties, parent->property_count)
-             : index_update(p, &parent->child_index, parent->children, parent->child_count));
-    return good ? spec : NULL;
+    if (kind != CO_SPEC_VARIANT)
+        return spec;
+    // A variant tells the name of its set.
+    if (!contents_of(p, spec))
+        return NULL;
+    spec->contents->set = parent->name;
+    return spec;
 }
+
+// ---- Queries -----------------------------------------------------------------------------------
 
 const CoField *co_spec_field(const CoSpec *spec, const char *name)
 {
@@ -111,10 +162,10 @@ const CoField *co_spec_field(const CoSpec *spec, const char *name)
 
 const CoSpec *co_spec_child(const CoSpec *spec, const char *name)
 {
-    return co_parse_known(spec->child_index, spec->children, spec->child_count, name);
+    return co_parse_child(spec, name);
 }
 
 const CoSpec *co_spec_property(const CoSpec *spec, const char *name)
 {
-    return co_parse_known(spec->property_index, spec->properties, spec->property_count, name);
+    return co_parse_property_named(spec, name);
 }

@@ -169,10 +169,12 @@ static bool parse_knot(CoParser *p, CoSpline *spline)
     }
     if (!parse_parameters(p, &knot))
         return false;
-    CoSplineKnot *slot = co_parse_push(p, &spline->knots, &spline->count, sizeof *slot);
-    if (slot)
-        *slot = knot;
-    return slot != NULL;
+    CoSplineKnot *slot = co_parse_push(p, &spline->knots, spline->count, sizeof *slot);
+    if (!slot)
+        return false;
+    *slot = knot;
+    spline->count++;
+    return true;
 }
 
 typedef struct Numbered {

@@ -2,7 +2,7 @@
 
 #include "base/arena.h"
 #include "base/hash.h"
-#include "parse/layer.h"
+#include "parse/parser.h"
 
 #include <pthread.h>
 #include <string.h>
@@ -78,7 +78,11 @@ static const char *intern(Shard *shard, uint64_t hash, const char *text, size_t 
 
 const char *co_token(const char *text, size_t length)
 {
-    uint64_t hash = co_hash_bytes(text, length, 0);
+    return co_token_hashed(text, length, co_hash_bytes(text, length, 0));
+}
+
+const char *co_token_hashed(const char *text, size_t length, uint64_t hash)
+{
     Shard *shard = &shards[hash % SHARD_COUNT];
     pthread_mutex_lock(&shard->lock);
     const char *token = intern(shard, hash, text, length);

@@ -30,6 +30,10 @@ typedef struct CoTypeInfo {
     bool is_quaternion; // text has the real part first, memory has it last
 } CoTypeInfo;
 
+enum {
+    CO_ELEMENT_BYTES = 16 * sizeof(double) // of the largest element
+};
+
 const CoTypeInfo *co_type_info(CohortType type);
 size_t co_scalar_size(CoScalar scalar);
 

@@ -218,10 +218,10 @@ bool co_parse_value(CoParser *p, CohortType type, bool is_array, CoValue *out)
         }
         return co_parse_array(p, type, out);
     }
-    const CoTypeInfo *info = co_type_info(type);
-    void *data = co_parse_alloc(p, 1, co_type_size(type));
-    if (!data || !co_parse_element(p, info, data))
+    _Alignas(16) unsigned char element[CO_ELEMENT_BYTES];
+    if (!co_parse_element(p, co_type_info(type), element))
         return false;
-    *out = (CoValue){.type = type, .count = 1, .data = data};
-    return true;
+    *out = (CoValue){.type = type, .count = 1};
+    out->data = co_parse_keep(p, element, co_type_size(type));
+    return out->data != NULL;
 }

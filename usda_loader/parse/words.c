@@ -118,6 +118,10 @@ bool co_parse_string(CoParser *p, CohortString *out)
         return co_parse_expected(p, "a quoted string");
     if (!check_utf8(p, slice))
         return false;
+    if (!memchr(slice.begin, '\\', slice.length)) {
+        *out = (CohortString){co_parse_keep_text(p, slice.begin, slice.length), slice.length};
+        return out->text != NULL;
+    }
     char *text = co_parse_alloc(p, slice.length + 1, 1);
     if (!text)
         return false;

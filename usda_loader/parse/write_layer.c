@@ -148,8 +148,9 @@ static void write_variant_set(CoWriter *w, const CoSpec *set)
     co_write_string(w, set->name, strlen(set->name));
     co_write_text(w, " = {");
     w->depth++;
-    for (size_t i = 0; i < set->child_count; i++) {
-        const CoSpec *variant = set->children[i];
+    const CoContents *in = co_spec_contents(set);
+    for (size_t i = 0; i < in->child_count; i++) {
+        const CoSpec *variant = in->children[i];
         putc('\n', w->file);
         co_write_indent(w);
         co_write_string(w, variant->name, strlen(variant->name));
@@ -160,7 +161,7 @@ static void write_variant_set(CoWriter *w, const CoSpec *set)
         co_write_text(w, "}");
     }
     w->depth--;
-    if (set->child_count) {
+    if (in->child_count) {
         putc('\n', w->file);
         co_write_indent(w);
     }
@@ -191,20 +192,21 @@ static void write_contents(CoWriter *w, const CoSpec *spec)
     w->depth++;
     write_order(w, spec, "primOrder", "nameChildren");
     write_order(w, spec, "propertyOrder", "properties");
-    for (size_t i = 0; i < spec->property_count; i++) {
-        const CoSpec *property = spec->properties[i];
+    const CoContents *in = co_spec_contents(spec);
+    for (size_t i = 0; i < in->property_count; i++) {
+        const CoSpec *property = in->properties[i];
         if (property->kind == CO_SPEC_ATTRIBUTE)
             write_attribute(w, property);
         else
             write_relationship(w, property);
     }
-    for (size_t i = 0; i < spec->child_count; i++) {
-        if (i || spec->property_count)
+    for (size_t i = 0; i < in->child_count; i++) {
+        if (i || in->property_count)
             putc('\n', w->file);
-        write_prim(w, spec->children[i]);
+        write_prim(w, in->children[i]);
     }
-    for (size_t i = 0; i < spec->variant_set_count; i++)
-        write_variant_set(w, spec->variant_sets[i]);
+    for (size_t i = 0; i < in->variant_set_count; i++)
+        write_variant_set(w, in->variant_sets[i]);
     w->depth--;
 }
 
@@ -216,10 +218,11 @@ void co_write_layer(const CoLayer *layer, FILE *file)
     write_block(w, root, "");
     co_write_text(w, "\n");
     write_order(w, root, "primOrder", "rootPrims");
-    for (size_t i = 0; i < root->child_count; i++) {
+    const CoContents *in = co_spec_contents(root);
+    for (size_t i = 0; i < in->child_count; i++) {
         if (i)
             putc('\n', w->file);
-        write_prim(w, root->children[i]);
+        write_prim(w, in->children[i]);
     }
 }
 

@@ -288,7 +288,7 @@ static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *
         const CoSite *site = graph->nodes[ordered->nodes[i]].site;
         most += site->stack->relocate_count;
         for (uint32_t j = 0; j < site->spec_count; j++)
-            most += site->specs[j].spec->child_count;
+            most += co_spec_contents(site->specs[j].spec)->child_count;
     }
     CoNameSet set = {NULL, 4};
     while (set.capacity < 2 * most)
@@ -302,9 +302,10 @@ static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *
             relocate_names(c, &names, &set, node->site);
         for (uint32_t j = node->site->spec_count; j-- > 0;) {
             const CoSpec *spec = node->site->specs[j].spec;
-            for (size_t k = 0; k < spec->child_count; k++)
-                if (add_name(&set, spec->children[k]->name))
-                    co_list_push(c, &names, (CoListItem){.a = spec->children[k]->name});
+            const CoContents *in = co_spec_contents(spec);
+            for (size_t k = 0; k < in->child_count; k++)
+                if (add_name(&set, in->children[k]->name))
+                    co_list_push(c, &names, (CoListItem){.a = in->children[k]->name});
             reorder_names(c, &names, spec);
         }
     }

@@ -147,9 +147,10 @@ static void add_list_op(CoFlattener *flat, CoSpec *out, const CohortPrim *prim,
     CoListOp *op = co_flat_alloc(flat, 1, sizeof *op);
     op->is_explicit = true;
     size_t bytes = list.count * co_type_size(list.type);
-    op->list[CO_LIST_EXPLICIT].items = co_flat_alloc(flat, bytes, 1);
+    void *items = co_flat_alloc(flat, bytes, 1);
     if (bytes)
-        memcpy(op->list[CO_LIST_EXPLICIT].items, list.data, bytes);
+        memcpy(items, list.data, bytes);
+    op->list[CO_LIST_EXPLICIT].items = items;
     op->list[CO_LIST_EXPLICIT].count = list.count;
     co_flat_add_field(flat, out, field->name,
                       (CoValue){.type = field->value.type, .count = 1, .data = op});

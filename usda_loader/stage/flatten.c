@@ -80,7 +80,7 @@ static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *
     if (at_default.field && at_default.field->value.type == COHORT_TYPE_ARRAY_EDIT &&
         cohort_prim_value(prim, out->name, COHORT_TIME_DEFAULT, &edited))
         co_flat_add_field(flat, out, names->default_value,
-                          (CoValue){edited.type, true, edited.count, edited.data});
+                          (CoValue){edited.type, true, (uint32_t)edited.count, edited.data});
     else if (at_default.field)
         co_flat_add_field(flat, out, names->default_value,
                           co_flat_value(flat, &at_default.field->value, at_default.source));
@@ -130,7 +130,8 @@ static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoP
 static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *prim,
                              const CoPath *path)
 {
-    out->children = co_flat_alloc(flat, prim->data->child_count, sizeof *out->children);
+    CoContents *in = out->contents;
+    in->children = co_flat_alloc(flat, prim->data->child_count, sizeof *in->children);
     for (uint32_t i = 0; i < prim->data->child_count; i++) {
         const CohortPrim *child = &prim->children[i];
         if (!(child->data->flags & CO_PRIM_ACTIVE))
@@ -138,9 +139,7 @@ static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *p
         const CoPath *child_path = co_path_child(&flat->paths, path, co_prim_name(child));
         if (!child_path)
             longjmp(flat->escape, 1);
-        CoSpec *made = flatten_prim(flat, child, child_path);
-        made->parent = out;
-        out->children[out->child_count++] = made;
+        in->children[in->child_count++] = flatten_prim(flat, child, child_path);
     }
 }
 
@@ -159,17 +158,17 @@ static const CoPath *own_path(CoFlattener *flat, const CohortPrim *prim)
 static void flatten_properties(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
 {
     size_t count = cohort_prim_property_count(prim);
-    out->properties = co_flat_alloc(flat, count, sizeof *out->properties);
-    for (size_t i = 0; i < count; i++) {
-        CoSpec *property = flatten_property(flat, prim, cohort_prim_property_name(prim, i));
-        property->parent = out;
-        out->properties[out->property_count++] = property;
-    }
+    CoContents *in = out->contents;
+    in->properties = co_flat_alloc(flat, count, sizeof *in->properties);
+    for (size_t i = 0; i < count; i++)
+        in->properties[in->property_count++] =
+            flatten_property(flat, prim, cohort_prim_property_name(prim, i));
 }
 
 static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoPath *path)
 {
     CoSpec *out = co_flat_alloc(flat, 1, sizeof *out);
+    out->contents = co_flat_alloc(flat, 1, sizeof *out->contents);
     out->kind = CO_SPEC_PRIM;
     out->name = co_prim_name(prim);
     out->specifier = (CohortSpecifier)prim->data->specifier;
@@ -198,6 +197,7 @@ static void flatten_root(CoFlattener *flat)
     const CohortStage *stage = flat->stage;
     const CoFieldNames *n = &stage->composer.names;
     CoSpec *root = co_flat_alloc(flat, 1, sizeof *root);
+    root->contents = co_flat_alloc(flat, 1, sizeof *root->contents);
     root->kind = CO_SPEC_LAYER;
     root->name = root->type_name = "";
     flat->layer.root = root;

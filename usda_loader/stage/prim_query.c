@@ -259,11 +259,11 @@ static CoAnswer find_variants(const CohortPrim *prim, const char *set)
         if (pass && !(names = co_stage_alloc(prim->data->stage, most, sizeof *names)))
             break;
         for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
-            const CoSpec *spec = prim->data->opinions[i].spec;
-            for (size_t j = 0; j < spec->variant_set_count; j++) {
-                const CoSpec *variants = spec->variant_sets[j];
-                if (variants->name != set)
+            const CoContents *in = co_spec_contents(prim->data->opinions[i].spec);
+            for (size_t j = 0; j < in->variant_set_count; j++) {
+                if (in->variant_sets[j]->name != set)
                     continue;
+                const CoContents *variants = co_spec_contents(in->variant_sets[j]);
                 if (!pass)
                     most += variants->child_count;
                 for (size_t k = 0; pass && k < variants->child_count; k++) {
@@ -312,7 +312,7 @@ const char *cohort_prim_variant_selection(const CohortPrim *prim, const char *se
     // The variants that take part say best what was selected.
     for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
         const CoSpec *spec = prim->data->opinions[i].spec;
-        if (spec->kind == CO_SPEC_VARIANT && spec->parent && !strcmp(spec->parent->name, set))
+        if (spec->kind == CO_SPEC_VARIANT && !strcmp(co_spec_contents(spec)->set, set))
             return spec->name;
     }
     const char *field_name = prim->data->stage->composer.names.variantSelection;

@@ -150,12 +150,14 @@ static const char **authored_names(const CoPrimData *data, size_t *count)
 {
     size_t most = 0;
     for (uint32_t i = 0; i < data->opinion_count; i++)
-        most += data->opinions[i].spec->property_count;
+        most += co_spec_contents(data->opinions[i].spec)->property_count;
     const char **names = co_stage_alloc(data->stage, most, sizeof *names);
     *count = 0;
-    for (uint32_t i = 0; names && i < data->opinion_count; i++)
-        for (size_t j = 0; j < data->opinions[i].spec->property_count; j++)
-            names[(*count)++] = data->opinions[i].spec->properties[j]->name;
+    for (uint32_t i = 0; names && i < data->opinion_count; i++) {
+        const CoContents *in = co_spec_contents(data->opinions[i].spec);
+        for (size_t j = 0; j < in->property_count; j++)
+            names[(*count)++] = in->properties[j]->name;
+    }
     return names;
 }
 

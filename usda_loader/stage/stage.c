@@ -139,8 +139,9 @@ static void note_earliest(const CohortPrim *prim, double *earliest, const CoFiel
 {
     for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
         const CoOpinion *opinion = &prim->data->opinions[i];
-        for (size_t j = 0; j < opinion->spec->property_count; j++) {
-            const CoField *field = co_spec_field(opinion->spec->properties[j], names->timeSamples);
+        const CoContents *in = co_spec_contents(opinion->spec);
+        for (size_t j = 0; j < in->property_count; j++) {
+            const CoField *field = co_spec_field(in->properties[j], names->timeSamples);
             const CoTimeSamples *samples = field ? co_value_samples(&field->value) : NULL;
             if (!samples || !samples->count)
                 continue;

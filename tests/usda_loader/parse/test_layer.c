@@ -191,16 +191,16 @@ static void paths_are_absolute(void **state)
 static void variants_nest(void **state)
 {
     (void)state;
-    assert_int_equal(world->variant_set_count, 1);
-    const CoSpec *set = world->variant_sets[0];
-    assert_int_equal(set->child_count, 2);
-    const CoSpec *red = set->children[0];
+    assert_int_equal(world->contents->variant_set_count, 1);
+    const CoSpec *set = world->contents->variant_sets[0];
+    assert_int_equal(set->contents->child_count, 2);
+    const CoSpec *red = set->contents->children[0];
     assert_int_equal(red->kind, CO_SPEC_VARIANT);
     assert_string_equal(text(field(red, "kind")), "group");
     const CoListOp *op =
         list(co_spec_property(red, token("r")), "targetPaths", COHORT_TYPE_PATH_LIST_OP);
     assert_string_equal(((const CohortString *)op->list[0].items)->text, "/World/Inside");
-    assert_string_equal(red->variant_sets[0]->children[1]->name, "small-1|x");
+    assert_string_equal(red->contents->variant_sets[0]->contents->children[1]->name, "small-1|x");
 }
 
 static void long_lists_are_found_by_name(void **state)
@@ -218,7 +218,7 @@ static void long_lists_are_found_by_name(void **state)
     for (int i = 0; i < 3000; i += 7) {
         char name[16];
         snprintf(name, sizeof name, "p%d", i);
-        assert_ptr_equal(co_spec_child(layer->root, token(name)), layer->root->children[i]);
+        assert_ptr_equal(co_spec_child(layer->root, token(name)), layer->root->contents->children[i]);
     }
     assert_null(co_spec_child(layer->root, token("p3000")));
     co_layer_destroy(layer);

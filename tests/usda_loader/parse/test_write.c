@@ -154,15 +154,16 @@ static void same_spec(const CoSpec *a, const CoSpec *b)
         assert_non_null(other);
         same_value(&a->fields[i].value, &other->value);
     }
-    assert_int_equal(a->child_count, b->child_count);
-    assert_int_equal(a->property_count, b->property_count);
-    assert_int_equal(a->variant_set_count, b->variant_set_count);
-    for (size_t i = 0; i < a->child_count; i++)
-        same_spec(a->children[i], b->children[i]);
-    for (size_t i = 0; i < a->property_count; i++)
-        same_spec(a->properties[i], b->properties[i]);
-    for (size_t i = 0; i < a->variant_set_count; i++)
-        same_spec(a->variant_sets[i], b->variant_sets[i]);
+    const CoContents *in = co_spec_contents(a), *other = co_spec_contents(b);
+    assert_int_equal(in->child_count, other->child_count);
+    assert_int_equal(in->property_count, other->property_count);
+    assert_int_equal(in->variant_set_count, other->variant_set_count);
+    for (size_t i = 0; i < in->child_count; i++)
+        same_spec(in->children[i], other->children[i]);
+    for (size_t i = 0; i < in->property_count; i++)
+        same_spec(in->properties[i], other->properties[i]);
+    for (size_t i = 0; i < in->variant_set_count; i++)
+        same_spec(in->variant_sets[i], other->variant_sets[i]);
 }
 
 static char *slurp(const char *path, size_t *size)
