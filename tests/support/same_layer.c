@@ -188,9 +188,12 @@ static bool same_spec(const CoSpec *a, const CoSpec *b)
         if (!other || !same_value(&a->fields[i].value, &other->value))
             return false;
     }
-    return same_specs(a->children, a->child_count, b->children, b->child_count) &&
-           same_specs(a->properties, a->property_count, b->properties, b->property_count) &&
-           same_specs(a->variant_sets, a->variant_set_count, b->variant_sets, b->variant_set_count);
+    const CoContents *in = co_spec_contents(a), *other = co_spec_contents(b);
+    return same_specs(in->children, in->child_count, other->children, other->child_count) &&
+           same_specs(in->properties, in->property_count, other->properties,
+                      other->property_count) &&
+           same_specs(in->variant_sets, in->variant_set_count, other->variant_sets,
+                      other->variant_set_count);
 }
 
 bool same_layer(const CoLayer *a, const CoLayer *b)
