@@ -1,5 +1,6 @@
 #include "accel/build.h"
 
+#include "accel/grid_leaf.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -75,6 +76,19 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
     return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
 }
 
+static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
+{
+    CoBox box;
+    uint32_t tri[3];
+    co_box_empty(&box);
+    co_mesh_triangle(mesh, id, tri);
+    for (int c = 0; c < 3; c++) {
+        const float *p = mesh->points + 3 * (size_t)tri[c];
+        co_box_extend(&box, p, p);
+    }
+    return box;
+}
+
 typedef struct PrimFill {
     const CoMesh *mesh;
     CoBuildPrim *prims;
@@ -85,27 +99,40 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
     PrimFill *fill = context;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
-        CoBox box;
-        co_box_empty(&box);
-        uint32_t tri[3];
-        co_mesh_triangle(fill->mesh, (uint32_t)i, tri);
-        for (int c = 0; c < 3; c++) {
-            const float *p = fill->mesh->points + 3 * (size_t)tri[c];
-            co_box_extend(&box, p, p);
-        }
+        uint32_t id = (uint32_t)i;
+        CoBox box =
+            fill->mesh->patches ? co_grid_box(fill->mesh, id) : triangle_box(fill->mesh, id);
         memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);
         memcpy(fill->prims[i].hi, box.hi, sizeof box.hi);
-        fill->prims[i].id = (uint32_t)i;
+        fill->prims[i].id = id;
         fill->prims[i].unused = 0;
     }
+}
+
+static void take_parts(CoBvh *bvh, const CoMesh *mesh, const CoTreeParts *parts)
+{
+    bvh->tree = parts->tree;
+    bvh->leaves = parts->leaves;
+    bvh->leaf_bytes = parts->leaf_bytes;
+    bvh->leaf_capacity = parts->leaf_capacity;
+    bvh->leaf_at = bvh->leaves;
+    bvh->leaf_stride = CO_LEAF_UNIT;
+    if (mesh->patches)
+        co_grid_attach(bvh, mesh);
 }
 
 CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
 {
     CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a mesh of more than 2^31 - 2 triangles; split the mesh");
+    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, CO_LEAF_WIDTH};
+    CoPrimArray prims = {.count = mesh->tri_count};
+    if (mesh->patches) {
+        rule = co_grid_rule(mesh);
+        prims.count = co_grid_count(mesh);
+    }
     CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
-    CoPrimArray prims = {.count = mesh->tri_count, .capacity = mesh->tri_count};
+    prims.capacity = prims.count;
     prims.prims = co_alloc(CO_MEMORY_ACCEL, prims.count * sizeof *prims.prims);
     if (!bvh || (!prims.prims && prims.count)) {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
@@ -115,17 +142,13 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         return NULL;
     }
     PrimFill fill = {mesh, prims.prims};
-    co_parallel_for(mesh->tri_count, 16384, fill_prims, &fill);
-    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, CO_LEAF_WIDTH};
+    co_parallel_for(prims.count, mesh->patches ? 1024 : 16384, fill_prims, &fill);
     CoTreeParts parts;
     if (!co_tree_build(&prims, &rule, &parts, err)) {
         co_bvh_destroy(bvh);
         return NULL;
     }
-    bvh->tree = parts.tree;
-    bvh->leaves = parts.leaves;
-    bvh->leaf_bytes = parts.leaf_bytes;
-    bvh->leaf_capacity = parts.leaf_capacity;
+    take_parts(bvh, mesh, &parts);
     return bvh;
 }
 

@@ -52,6 +52,7 @@ enum {
 
 typedef struct CoTriLeaf {
     const uint8_t *corner[3];
+    size_t base[3]; // of the points that corners count from; 0 in packed leaves
     const uint32_t *tri;
     const float *points[3];
 } CoTriLeaf;
@@ -70,7 +71,7 @@ static inline size_t co_leaf_size(size_t n, size_t points)
 
 static inline CoTriLeaf co_leaf_open(const unsigned char *bytes, size_t n)
 {
-    CoTriLeaf leaf;
+    CoTriLeaf leaf = {.base = {0, 0, 0}};
     size_t points = bytes[0];
     leaf.corner[0] = bytes + 1;
     leaf.corner[1] = leaf.corner[0] + n;
@@ -98,6 +99,12 @@ struct CoBvh {
     CoTree tree;
     unsigned char *leaves;
     size_t leaf_bytes, leaf_capacity;
+    // What leaf references count: leaves and CO_LEAF_UNIT, or the mesh's patches themselves.
+    const unsigned char *leaf_at;
+    size_t leaf_stride;
+    // Of a mesh of patches, whose leaves are those of grid_leaf.h; else NULL.
+    const CoPatchTable *patches;
+    const float *points;
 };
 
 struct CoTop {

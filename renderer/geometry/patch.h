@@ -1,10 +1,10 @@
 // Points of subdivided quads without an index array.
 //
 // A patch has m x m squares of two triangles each: a quad face of the cage with m = 2^level, or a
-// sub-quad of another face with half as many a side. Grid point (i, j), 0 <= i, j <= m, is a corner,
-// lies on an edge or inside; each of these is a run of points, so a patch is the four corners, the
-// beginnings of four edges and of its inside. At level 0 it is a quad, or one triangle of a fan.
-// Triangles of a patch: those of square (i, j), row by row, (i,j) (i+1,j) (i+1,j+1) and
+// sub-quad of another face with half as many a side. Grid point (i, j), 0 <= i, j <= m, is a
+// corner, lies on an edge or inside; each of these is a run of points, so a patch is the four
+// corners, the beginnings of four edges and of its inside. At level 0 it is a quad, or one triangle
+// of a fan. Triangles of a patch: those of square (i, j), row by row, (i,j) (i+1,j) (i+1,j+1) and
 // (i,j) (i+1,j+1) (i,j+1); those of patches one after the other.
 
 #ifndef CO_GEOMETRY_PATCH_H

@@ -26,20 +26,20 @@ typedef struct CoSubdivision {
     uint32_t *first;           // [face_count + 1] first face-vertex
     CoOsdChannel *channels;    // one per face-varying source, in order
     // Layout.
-    uint32_t *face_point; // [face_count] first point inside
+    uint32_t *face_point;               // [face_count] first point inside
     uint32_t *first_tri, *corner_first; // [faces of the description]
-    uint32_t *face_patch; // [face_count] first patch; quad grids
+    uint32_t *face_patch;               // [face_count] first patch; quad grids
     uint32_t patch_count;
-    bool has_split;       // some live face has sub-quads or fan triangles
-    uint8_t *is_live;     // [face_count]
+    bool has_split;   // some live face has sub-quads or fan triangles
+    uint8_t *is_live; // [face_count]
     uint32_t *vertex_owner, *edge_owner;
     uint32_t point_count, corner_count;
     bool has_normal_seams;
     bool is_finite;        // all points are
     CoVec3 box_lo, box_hi; // of them
-    float *points;     // [point_count * 3]
-    uint32_t *normals; // unit codes per point, or per corner element where there are seams; NULL for
-                       // bilinear
+    float *points;         // [point_count * 3]
+    uint32_t *normals; // unit codes per point, or per corner element where there are seams; NULL
+                       // for bilinear
 } CoSubdivision;
 
 static inline uint32_t co_subdivision_cage_face(const CoSubdivision *s, uint32_t face)

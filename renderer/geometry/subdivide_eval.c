@@ -165,10 +165,10 @@ static void extend_box(Worker *w, const float *points)
     for (uint32_t k = 0; k < w->count; k++) {
         CoVec3 p = co_vec3_load(points + 3 * k);
         w->is_finite = w->is_finite && co_is_finite3(p);
-        w->box_lo = co_vec3(co_min(w->box_lo.x, p.x), co_min(w->box_lo.y, p.y),
-                            co_min(w->box_lo.z, p.z));
-        w->box_hi = co_vec3(co_max(w->box_hi.x, p.x), co_max(w->box_hi.y, p.y),
-                            co_max(w->box_hi.z, p.z));
+        w->box_lo =
+            co_vec3(co_min(w->box_lo.x, p.x), co_min(w->box_lo.y, p.y), co_min(w->box_lo.z, p.z));
+        w->box_hi =
+            co_vec3(co_max(w->box_hi.x, p.x), co_max(w->box_hi.y, p.y), co_max(w->box_hi.z, p.z));
     }
 }
 

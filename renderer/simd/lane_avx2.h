@@ -90,5 +90,10 @@ static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)index);
     return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), _mm256_cvtepu8_epi32(bytes));
 }
+static inline CoLane co_lane_load_bytes(const uint8_t *p)
+{
+    __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);
+    return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
+}
 
 #endif

@@ -91,5 +91,10 @@ static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
 {
     return table[*index & 7];
 }
+// Bytes as numbers.
+static inline CoLane co_lane_load_bytes(const uint8_t *p)
+{
+    return (float)*p;
+}
 
 #endif

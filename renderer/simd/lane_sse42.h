@@ -90,5 +90,10 @@ static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
     return _mm_setr_ps(table[index[0] & 7], table[index[1] & 7], table[index[2] & 7],
                        table[index[3] & 7]);
 }
+static inline CoLane co_lane_load_bytes(const uint8_t *p)
+{
+    __m128i bytes = _mm_loadu_si32(p);
+    return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes));
+}
 
 #endif

@@ -50,6 +50,7 @@ static bool trace_leaf(Group *group, const Rays *rays, uint32_t j, const Shear *
 {
     LeafHits hits;
     group->stats->triangles += count;
+    shear_points(leaf, shear, CO_LEAF_WIDTH, &hits);
     uint32_t pierced = pierce_triangles(leaf, shear, count, &hits);
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
@@ -62,6 +63,8 @@ static bool trace_leaf(Group *group, const Rays *rays, uint32_t j, const Shear *
     }
     return false;
 }
+
+#include "accel/kernels/grid.h"
 
 typedef struct StackEntry {
     uint32_t ref;
@@ -98,10 +101,9 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
 {
     for (; bits; bits &= bits - 1) {
         uint32_t ref = node->child[__builtin_ctz(bits)];
-        size_t place = (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
         const char *at = (const char *)&bvh->tree.nodes[ref];
         if (ref & CO_REF_LEAF)
-            at = (const char *)bvh->leaves + place;
+            at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
         __builtin_prefetch(at);
         __builtin_prefetch(at + 64);
         __builtin_prefetch(at + 128);
@@ -118,7 +120,10 @@ static void trace_mesh(Group *group, const Rays *rays, uint32_t j, const CoBvh *
     const Shear shear = shear_of(rays, j);
     const CoLane from = co_lane_set1(float_max(group->tnear[slot], rays->entry[j]));
     for (;;) {
-        if (ref & CO_REF_LEAF) {
+        if (ref & CO_REF_LEAF && bvh->patches) {
+            if (trace_grid_leaf(group, rays, j, &slab, &shear, bvh, ref, path))
+                return;
+        } else if (ref & CO_REF_LEAF) {
             uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
             size_t place = (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
             const CoTriLeaf leaf = co_leaf_open(bvh->leaves + place, count);

@@ -38,14 +38,14 @@ static inline Shear shear_of(const Rays *rays, uint32_t j)
 
 // A leaf's points along the ray, and per triangle what the lanes found.
 typedef struct LeafHits {
-    float x[CO_LEAF_WIDTH], y[CO_LEAF_WIDTH], z[CO_LEAF_WIDTH];
+    float x[2 * CO_LEAF_WIDTH], y[2 * CO_LEAF_WIDTH], z[2 * CO_LEAF_WIDTH];
     float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
     uint32_t unsure; // triangles for which float does not decide
 } LeafHits;
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, int count, LeafHits *out)
 {
-    for (int i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
+    for (int i = 0; i < count; i += CO_LANE_WIDTH) {
         CoLane z =
             co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
         CoLane x =
@@ -59,18 +59,18 @@ static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafH
 }
 
 // Returns one bit per triangle whose line is pierced or may be; fills t, u, v for those not unsure.
+// The points are sheared.
 static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
                                         LeafHits *out)
 {
     uint32_t pierced = 0;
     const CoLane zero = co_lane_set1(0.0f);
-    shear_points(leaf, shear, out);
     out->unsure = 0;
     for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
         CoLane x[3], y[3], edge[3];
         for (int c = 0; c < 3; c++) {
-            x[c] = co_lane_lookup8(out->x, leaf->corner[c] + i);
-            y[c] = co_lane_lookup8(out->y, leaf->corner[c] + i);
+            x[c] = co_lane_lookup8(out->x + leaf->base[c], leaf->corner[c] + i);
+            y[c] = co_lane_lookup8(out->y + leaf->base[c], leaf->corner[c] + i);
         }
         for (int c = 0; c < 3; c++) {
             int p = (c + 2) % 3, q = (c + 1) % 3;
@@ -95,7 +95,8 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shea
         CoLane inv = co_lane_div(co_lane_set1(1.0f), det), t = zero;
         for (int c = 0; c < 3; c++) {
             edge[c] = co_lane_mul(edge[c], inv);
-            t = co_lane_add(t, co_lane_mul(edge[c], co_lane_lookup8(out->z, leaf->corner[c] + i)));
+            const float *z = out->z + leaf->base[c];
+            t = co_lane_add(t, co_lane_mul(edge[c], co_lane_lookup8(z, leaf->corner[c] + i)));
         }
         co_lane_store(out->t + i, co_lane_mul(t, co_lane_set1(shear->sz)));
         co_lane_store(out->u + i, edge[1]);
@@ -113,9 +114,10 @@ static inline bool pierce_exactly(const CoTriLeaf *leaf, const Shear *shear, uin
 {
     double x[3], y[3], z[3], edge[3];
     for (int c = 0; c < 3; c++) {
-        x[c] = (double)hits->x[leaf->corner[c][i]];
-        y[c] = (double)hits->y[leaf->corner[c][i]];
-        z[c] = (double)hits->z[leaf->corner[c][i]];
+        size_t point = leaf->base[c] + leaf->corner[c][i];
+        x[c] = (double)hits->x[point];
+        y[c] = (double)hits->y[point];
+        z[c] = (double)hits->z[point];
     }
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
@@ -140,9 +142,9 @@ static inline bool clamp_hit(const CoTriLeaf *leaf, const Rays *rays, uint32_t j
 {
     float lo[3], hi[3], from = rays->entry[j], to = rays->exit[j];
     for (int k = 0; k < 3; k++) {
-        float a = leaf->points[k][leaf->corner[0][i]];
-        float b = leaf->points[k][leaf->corner[1][i]];
-        float c = leaf->points[k][leaf->corner[2][i]];
+        float a = leaf->points[k][leaf->base[0] + leaf->corner[0][i]];
+        float b = leaf->points[k][leaf->base[1] + leaf->corner[1][i]];
+        float c = leaf->points[k][leaf->base[2] + leaf->corner[2][i]];
         lo[k] = float_min(float_min(a, b), c);
         hi[k] = float_max(float_max(a, b), c);
     }

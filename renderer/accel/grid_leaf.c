@@ -1,0 +1,184 @@
+#include "accel/grid_leaf.h"
+
+#include <string.h>
+
+// What a tree of patches is built over: patches, above level 3 tiles of them. A tile has as many
+// triangles as any other, so its number says the patch.
+typedef struct Tile {
+    uint32_t patch;
+    uint32_t i, j;  // first square
+    uint32_t shift; // log2 of the squares a side of the patch
+} Tile;
+
+static Tile find_tile(const CoPatchTable *table, uint32_t id)
+{
+    Tile tile = {.patch = id};
+    uint32_t first = 0;
+    if (table->level > 3) {
+        tile.patch = co_patch_of(table, id * CO_TILE_TRIS);
+        first = co_patch_first_tri(table, tile.patch) / CO_TILE_TRIS;
+    }
+    tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch));
+    if (tile.shift > 3) {
+        uint32_t number = id - first;
+        tile.i = CO_TILE_SQUARES * (number & ((1u << (tile.shift - 3)) - 1u));
+        tile.j = CO_TILE_SQUARES * (number >> (tile.shift - 3));
+    }
+    return tile;
+}
+
+static void extend_by_point(const CoMesh *mesh, uint32_t point, CoBox *box)
+{
+    const float *p = mesh->points + 3 * (size_t)point;
+    co_box_extend(box, p, p);
+}
+
+// The box of squares [i, i + size] x [j, j + size] of the tile's patch.
+static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint32_t j,
+                         uint32_t size)
+{
+    const uint32_t *words = co_patch_words(mesh->patches, tile->patch);
+    uint32_t m = 1u << tile->shift;
+    CoBox box;
+    co_box_empty(&box);
+    for (uint32_t b = j; b <= j + size; b++)
+        for (uint32_t a = i; a <= i + size; a++)
+            extend_by_point(mesh, co_patch_point(words, m, a, b), &box);
+    return box;
+}
+
+static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
+{
+    const uint32_t *words = co_patch_words(mesh->patches, tile->patch);
+    if (mesh->patches->level > 0) {
+        uint32_t m = 1u << tile->shift, size = m < CO_TILE_SQUARES ? m : CO_TILE_SQUARES;
+        return squares_box(mesh, tile, tile->i, tile->j, size);
+    }
+    CoBox box;
+    co_box_empty(&box);
+    for (int k = 0; k < 4; k++)
+        if (words[k] != CO_PATCH_NONE)
+            extend_by_point(mesh, words[k], &box);
+    return box;
+}
+
+uint32_t co_grid_count(const CoMesh *mesh)
+{
+    return mesh->patches->level > 3 ? mesh->tri_count / CO_TILE_TRIS : mesh->patches->count;
+}
+
+CoBox co_grid_box(const CoMesh *mesh, uint32_t id)
+{
+    Tile tile = find_tile(mesh->patches, id);
+    return tile_box(mesh, &tile);
+}
+
+// The smallest step by which a byte reaches hi from lo.
+static uint8_t find_exponent(float lo, float hi)
+{
+    uint32_t exponent = 1;
+    double extent = ((double)hi - (double)lo) / 255.0;
+    if (extent > 0.0) {
+        int e = 0;
+        frexp(extent, &e);
+        exponent = e < -125 ? 1 : (uint32_t)(e + 126);
+    }
+    while (exponent < 254 && !(lo + 255.0f * co_grid_step((uint8_t)exponent) >= hi))
+        exponent++;
+    return (uint8_t)exponent;
+}
+
+// The byte whose plane is nearest to x from below, or from above.
+static uint8_t find_byte(float origin, float step, float x, bool is_high)
+{
+    double place = ((double)x - (double)origin) / (double)step;
+    double whole = is_high ? ceil(place) : floor(place);
+    int byte = whole < 0.0 ? 0 : whole > 255.0 ? 255 : (int)whole;
+    // origin + byte * step is rounded itself.
+    while (is_high && byte < 255 && origin + (float)byte * step < x)
+        byte++;
+    while (!is_high && byte > 0 && !(origin + (float)byte * step <= x))
+        byte--;
+    return (uint8_t)byte;
+}
+
+// Half the log2 of the number of blocks of a tile.
+static uint32_t tile_side(const Tile *tile)
+{
+    return tile->shift > 3 ? 2 : tile->shift - 1;
+}
+
+static size_t tile_size(const Tile *tile)
+{
+    uint32_t side = tile_side(tile);
+    size_t bytes = sizeof(CoGridLeaf) + (side ? 6u << 2 * side : 0u);
+    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
+}
+
+static void write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
+{
+    CoBox box = tile_box(mesh, tile);
+    CoGridLeaf leaf = {.patch = tile->patch, .i = (uint16_t)tile->i, .j = (uint16_t)tile->j};
+    uint32_t side = tile_side(tile), blocks = 1u << 2 * side;
+    for (int k = 0; k < 3; k++) {
+        leaf.origin[k] = box.lo[k];
+        leaf.exponent[k] = find_exponent(box.lo[k], box.hi[k]);
+    }
+    memcpy(out, &leaf, sizeof leaf);
+    for (uint32_t b = 0; side && b < blocks; b++) {
+        uint32_t i = tile->i + 2 * (b & ((1u << side) - 1u)), j = tile->j + 2 * (b >> side);
+        CoBox block = squares_box(mesh, tile, i, j, 2);
+        unsigned char *planes = out + sizeof leaf + b;
+        for (uint32_t k = 0; k < 3; k++) {
+            float step = co_grid_step(leaf.exponent[k]);
+            planes[2 * k * blocks] = find_byte(leaf.origin[k], step, block.lo[k], false);
+            planes[(2 * k + 1) * blocks] = find_byte(leaf.origin[k], step, block.hi[k], true);
+        }
+    }
+}
+
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+{
+    const CoMesh *mesh = context;
+    (void)count;
+    *bytes = mesh->patches->level == 0 ? CO_LEAF_UNIT : 0;
+    if (mesh->patches->level > 1) {
+        Tile tile = find_tile(mesh->patches, prims[0].id);
+        *bytes = tile_size(&tile);
+    }
+    return true;
+}
+
+static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
+                          unsigned char *out)
+{
+    const CoMesh *mesh = context;
+    uint32_t bits = (uint32_t)(count - 1);
+    if (mesh->patches->level == 1)
+        return CO_REF_LEAF | prims[0].id;
+    if (mesh->patches->level == 0) {
+        for (size_t k = 0; k < CO_LIST_PATCHES; k++)
+            memcpy(out + 4 * k, &prims[k < count ? k : 0].id, 4);
+    } else {
+        Tile tile = find_tile(mesh->patches, prims[0].id);
+        write_tile(mesh, &tile, out);
+        bits = tile_side(&tile);
+    }
+    return CO_REF_LEAF | bits << CO_REF_COUNT_SHIFT;
+}
+
+CoLeafRule co_grid_rule(const CoMesh *mesh)
+{
+    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, mesh->patches->level == 0 ? CO_LIST_PATCHES : 1};
+    return rule;
+}
+
+void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
+{
+    bvh->patches = mesh->patches;
+    bvh->points = mesh->points;
+    if (mesh->patches->level == 1) {
+        bvh->leaf_at = (const void *)mesh->patches->words;
+        bvh->leaf_stride = CO_PATCH_WORDS * sizeof *mesh->patches->words;
+    }
+}

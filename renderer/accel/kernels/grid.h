@@ -1,0 +1,204 @@
+// Leaves of subdivided meshes (grid_leaf.h): blocks are gathered from the mesh's points, then
+// tested like any other leaf. Part of traverse.c.
+
+#ifndef CO_ACCEL_KERNELS_GRID_H
+#define CO_ACCEL_KERNELS_GRID_H
+
+#include "accel/grid_leaf.h"
+#include "accel/kernels/triangle.h"
+
+// 8 triangles over up to 16 points, gathered.
+typedef struct GridBlock {
+    float points[3][2 * CO_LEAF_WIDTH];
+    int point_count;
+    uint64_t corner[3]; // 8 bytes each, and what they count from, see CoTriLeaf
+    size_t base[3];
+    uint32_t tri[CO_LEAF_WIDTH];
+    uint32_t valid; // one bit per triangle that is one
+} GridBlock;
+
+static inline void block_point(GridBlock *block, const float *points, uint32_t to, uint32_t point)
+{
+    const float *p = points + 3 * (size_t)point;
+    for (int k = 0; k < 3; k++)
+        block->points[k][to] = p[k];
+}
+
+// Offers what the ray pierces of the block's triangles.
+static inline bool trace_block(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+                               const GridBlock *block, uint32_t path)
+{
+    CoTriLeaf leaf;
+    LeafHits hits;
+    for (int c = 0; c < 3; c++) {
+        leaf.corner[c] = (const uint8_t *)&block->corner[c];
+        leaf.base[c] = block->base[c];
+        leaf.points[c] = block->points[c];
+    }
+    group->stats->triangles += (uint64_t)__builtin_popcount(block->valid);
+    shear_points(&leaf, shear, block->point_count, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, shear, CO_LEAF_WIDTH, &hits) & block->valid;
+    for (; pierced; pierced &= pierced - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(pierced);
+        if ((hits.unsure >> i & 1u) && !pierce_exactly(&leaf, shear, i, &hits))
+            continue;
+        float t = hits.t[i];
+        if (clamp_hit(&leaf, rays, j, i, &t) &&
+            offer_hit(group, rays->slot[j], t, &hits, path, i, block->tri[i]))
+            return true;
+    }
+    return false;
+}
+
+// Points of the 3 x 3 around square (i, j) of a patch with m squares a side, m >= 2: all as if they
+// were inside, then those on edges and corners put right.
+static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, uint32_t j,
+                                 uint32_t out[9])
+{
+    uint32_t inner = (words[CO_PATCH_INNER] & ~CO_PATCH_FLAG) + (j - 1) * (m - 1) + i - 1;
+    for (uint32_t r = 0; r < 3; r++)
+        for (uint32_t c = 0; c < 3; c++)
+            out[3 * r + c] = inner + r * (m - 1) + c;
+    bool is_left = i == 0, is_right = i + 2 == m, is_low = j == 0, is_high = j + 2 == m;
+    for (uint32_t k = 0; k < 3; k++) {
+        if (is_low)
+            out[k] = co_patch_edge_point(words, 0, i + k);
+        if (is_high)
+            out[6 + k] = co_patch_edge_point(words, 2, i + k);
+    }
+    for (uint32_t k = 0; k < 3; k++) {
+        if (is_left)
+            out[3 * k] = co_patch_edge_point(words, 3, j + k);
+        if (is_right)
+            out[3 * k + 2] = co_patch_edge_point(words, 1, j + k);
+    }
+    if (is_low && is_left)
+        out[0] = words[0];
+    if (is_low && is_right)
+        out[2] = words[1];
+    if (is_high && is_right)
+        out[8] = words[2];
+    if (is_high && is_left)
+        out[6] = words[3];
+}
+
+// The 2 x 2 squares from (i, j) on of a patch; of a patch that is one square, that.
+static inline bool trace_squares(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+                                 const CoBvh *bvh, uint32_t patch, const uint32_t at[2],
+                                 uint32_t path)
+{
+    const uint32_t *words = co_patch_words(bvh->patches, patch);
+    uint32_t shift = co_patch_shift(bvh->patches, words), row = 2u << shift;
+    uint32_t index[9] = {words[0], words[1], words[0], words[3], words[2],
+                         words[0], words[0], words[0], words[0]};
+    if (shift)
+        block_indices(words, 1u << shift, at[0], at[1], index);
+    // Points row by row. The tables of corners 1 and 2 count from point 1: they reach point 8.
+    GridBlock block = {.point_count = 9,
+                       .corner = {0x0404030301010000u, 0x0704060304010300u, 0x0607050603040203u},
+                       .base = {0, 1, 1},
+                       .valid = shift ? 0xffu : 0x03u};
+    for (uint32_t k = 0; k < 9; k++)
+        block_point(&block, bvh->points, k, index[k]);
+    uint32_t tri = co_patch_first_tri(bvh->patches, patch) + at[1] * row + 2 * at[0];
+    for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
+        block.tri[k] = tri + (k >> 2) * row + (k & 3u);
+    return trace_block(group, rays, j, shear, &block, path);
+}
+
+// Patches of level 0. Point k of patch q is at 4 k + q; lanes are the first triangles of all, then
+// the second.
+static inline bool trace_list(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+                              const CoBvh *bvh, const uint32_t *list, uint32_t count, uint32_t path)
+{
+    GridBlock block = {.point_count = 16,
+                       .corner = {0x0302010003020100u, 0x0706050403020100u, 0x0706050403020100u},
+                       .base = {0, 4, 8},
+                       .valid = (1u << count) - 1u};
+    for (uint32_t q = 0; q < CO_LIST_PATCHES; q++) {
+        const uint32_t *words = co_patch_words(bvh->patches, list[q]);
+        bool is_fan = co_patch_is_fan(bvh->patches, words);
+        for (uint32_t k = 0; k < 4; k++)
+            block_point(&block, bvh->points, 4 * k + q, words[k == 3 && is_fan ? 0 : k]);
+        block.tri[q] = co_patch_first_tri(bvh->patches, list[q]);
+        block.tri[q + 4] = block.tri[q] + 1;
+        block.valid |= (uint32_t)(q < count && !is_fan) << (q + 4);
+    }
+    return trace_block(group, rays, j, shear, &block, path);
+}
+
+// One bit per block that the ray enters, as slab_node has it.
+static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const Slab *slab,
+                                 CoLane from, CoLane to, float entry[CO_TILE_BLOCKS])
+{
+    const uint8_t *planes = (const uint8_t *)(leaf + 1);
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < blocks; i += CO_LANE_WIDTH) {
+        CoLane near = from, far = to;
+        for (uint32_t k = 0; k < 3; k++) {
+            const uint8_t *near_bytes = planes + slab->near_row[k] * blocks + i;
+            const uint8_t *far_bytes = planes + (slab->near_row[k] ^ 1u) * blocks + i;
+            CoLane origin = co_lane_set1(leaf->origin[k]);
+            CoLane step = co_lane_set1(co_grid_step(leaf->exponent[k]));
+            CoLane near_plane =
+                co_lane_add(origin, co_lane_mul(co_lane_load_bytes(near_bytes), step));
+            CoLane far_plane =
+                co_lane_add(origin, co_lane_mul(co_lane_load_bytes(far_bytes), step));
+            near_plane = co_lane_mul(co_lane_sub(near_plane, slab->near_org[k]), slab->inv[k]);
+            far_plane = co_lane_mul(co_lane_sub(far_plane, slab->far_org[k]), slab->inv[k]);
+            near = co_lane_max(near_plane, near);
+            far = co_lane_min(far_plane, far);
+        }
+        co_lane_store(entry + i, near);
+        bits |= co_lane_bits(co_lane_le(near, far)) << i;
+    }
+    return bits & ((1u << blocks) - 1u);
+}
+
+static inline bool trace_tile(Group *group, const Rays *rays, uint32_t j, const Slab *slab,
+                              const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
+{
+    const CoGridLeaf *leaf =
+        (const void *)(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT);
+    float entry[CO_TILE_BLOCKS];
+    uint32_t slot = rays->slot[j], side = ref >> CO_REF_COUNT_SHIFT & 7u;
+    float from = float_max(group->tnear[slot], rays->entry[j]);
+    float to = float_min(rays->exit[j], group->best_t[slot]);
+    uint32_t bits = 1;
+    entry[0] = from;
+    if (side) {
+        bits = slab_tile(leaf, 1u << 2 * side, slab, co_lane_set1(from), co_lane_set1(to), entry);
+        group->stats->bottom_nodes++;
+    }
+    while (bits) {
+        uint32_t nearest = (uint32_t)__builtin_ctz(bits);
+        for (uint32_t left = bits & (bits - 1); left; left &= left - 1) {
+            uint32_t i = (uint32_t)__builtin_ctz(left);
+            nearest = entry[i] < entry[nearest] ? i : nearest;
+        }
+        bits &= ~(1u << nearest);
+        if (!(entry[nearest] <= group->best_t[slot]))
+            return false;
+        uint32_t at[2] = {leaf->i + 2 * (nearest & ((1u << side) - 1u)),
+                          leaf->j + 2 * (nearest >> side)};
+        if (trace_squares(group, rays, j, shear, bvh, leaf->patch, at, path))
+            return true;
+    }
+    return false;
+}
+
+// Returns true when the ray needs no more.
+static bool trace_grid_leaf(Group *group, const Rays *rays, uint32_t j, const Slab *slab,
+                            const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
+{
+    const uint32_t origin[2] = {0, 0};
+    if (bvh->patches->level > 1)
+        return trace_tile(group, rays, j, slab, shear, bvh, ref, path);
+    if (bvh->patches->level == 1)
+        return trace_squares(group, rays, j, shear, bvh, ref & CO_REF_LEAF_PLACE, origin, path);
+    const void *list = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
+    uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
+    return trace_list(group, rays, j, shear, bvh, list, count, path);
+}
+
+#endif

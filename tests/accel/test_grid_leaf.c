@@ -1,0 +1,195 @@
+// Subdivided meshes: the hits of loose triangles, bit for bit, in less memory.
+
+#include "accel/grid_leaf.h"
+#include "accel_scene.h"
+#include "base/memory.h"
+#include "geometry/subdivision_fixture.h"
+
+enum {
+    RAYS = 20000
+};
+
+// The same triangles with indices.
+static TestMesh loosen(const CoMesh *mesh)
+{
+    TestMesh loose = mesh_alloc(mesh->point_count, mesh->tri_count);
+    memcpy(loose.points, mesh->points, 12 * (size_t)mesh->point_count);
+    for (uint32_t tri = 0; tri < mesh->tri_count; tri++)
+        co_mesh_triangle(mesh, tri, loose.indices + 3 * (size_t)tri);
+    loose.mesh.box_min = mesh->box_min;
+    loose.mesh.box_max = mesh->box_max;
+    return loose;
+}
+
+// A third at random, a third at corners, a third at points of edges, from around and from inside.
+static CoRayBatch rays_at(const TestMesh *mesh, size_t count, uint64_t seed)
+{
+    Random random = {seed};
+    CoRayBatch rays = rays_alloc(count);
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t *tri = mesh->indices + 3 * (random_bits(&random) % mesh->mesh.tri_count);
+        CoVec3 a = co_vec3_load(mesh->points + 3 * (size_t)tri[0]);
+        CoVec3 b = co_vec3_load(mesh->points + 3 * (size_t)tri[1]);
+        CoVec3 org = random_vec3(&random, -5.0f, 5.0f);
+        CoVec3 at = i % 3 == 0   ? random_vec3(&random, -4.0f, 4.0f)
+                    : i % 3 == 1 ? a
+                                 : co_lerp3(a, b, random_float(&random, 0.0f, 1.0f));
+        ray_set(&rays, i, org, co_sub(at, org));
+    }
+    return rays;
+}
+
+static CoHitBatch trace(const CoMesh *mesh, const CoRayBatch *rays, CoTraverseStats *stats)
+{
+    TestScene s = {0};
+    TestMesh m = {.mesh = *mesh};
+    scene_add_mesh(&s, &m);
+    CoInstance instance = place(0, matrix(0.3, co_vec3(1.0f, 1.25f, 1.0f), co_vec3(0.1f, 0, 0)));
+    scene_add_group(&s, &instance, 1);
+    CoHitBatch hits = hits_alloc(rays->count);
+    traverse_all(&s.scene, rays, NULL, &hits, stats);
+    scene_clear(&s);
+    return hits;
+}
+
+static void compare(const CoMesh *mesh, uint64_t seed)
+{
+    TestMesh loose = loosen(mesh);
+    CoRayBatch rays = rays_at(&loose, RAYS, seed);
+    CoTraverseStats a = {0}, b = {0};
+    CoHitBatch want = trace(&loose.mesh, &rays, &a), got = trace(mesh, &rays, &b);
+    assert_true(same_bits(want.t, got.t, RAYS));
+    assert_true(same_bits(want.tri, got.tri, RAYS));
+    assert_true(same_bits(want.u, got.u, RAYS));
+    assert_true(same_bits(want.v, got.v, RAYS));
+    size_t found = 0;
+    for (size_t i = 0; i < RAYS; i++)
+        found += got.tri[i] != COHORT_INVALID_ID;
+    assert_true(found > RAYS / 4);
+    hits_free(&want);
+    hits_free(&got);
+    rays_free(&rays);
+    mesh_free(&loose);
+}
+
+static void hits_are_those_of_loose_triangles(void **state)
+{
+    (void)state;
+    static Cage cage;
+    for (uint32_t k = 0; k < 2 * 6; k++) {
+        make_torus(&cage, k % 2, false);
+        CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, k / 2);
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        assert_non_null(mesh.patches);
+        compare(&mesh, k);
+        co_mesh_destroy(&mesh);
+    }
+}
+
+// A cube far away and tiny, its faces flat: boxes without thickness, coordinates without digits.
+static void flat_and_far_boxes_hold(void **state)
+{
+    (void)state;
+    const float scales[] = {1.0f, 1e-6f, 1e-40f, 1e30f}, offsets[] = {0.0f, 1e4f, 0.0f, 3e30f};
+    for (int k = 0; k < 4; k++) {
+        float points[24];
+        for (int c = 0; c < 24; c++)
+            points[c] = cube_points[c] * scales[k] + offsets[k];
+        CohortMeshDesc desc = cube_desc(COHORT_SCHEME_BILINEAR, 3);
+        desc.points = points;
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        CoBvh *bvh = co_bvh_create(&mesh, NULL);
+        assert_non_null(bvh);
+        TestMesh loose = loosen(&mesh);
+        CoRayBatch rays = rays_at(&loose, 2000, (uint64_t)k);
+        for (size_t i = 0; i < 2000; i++) {
+            rays.org_x[i] = rays.org_x[i] * scales[k] + offsets[k];
+            rays.org_y[i] = rays.org_y[i] * scales[k] + offsets[k];
+            rays.org_z[i] = rays.org_z[i] * scales[k] + offsets[k];
+        }
+        CoHitBatch want = trace(&loose.mesh, &rays, NULL), got = trace(&mesh, &rays, NULL);
+        assert_true(same_bits(want.t, got.t, 2000) && same_bits(want.tri, got.tri, 2000));
+        hits_free(&want);
+        hits_free(&got);
+        rays_free(&rays);
+        mesh_free(&loose);
+        co_bvh_destroy(bvh);
+        co_mesh_destroy(&mesh);
+    }
+}
+
+// Points, normals and tree.
+static void faces_and_trees_are_small(void **state)
+{
+    (void)state;
+    const size_t most[] = {30, 20, 14, 10, 10};
+    static float points[3 * 101 * 101];
+    static int32_t counts[10000], indices[40000];
+    for (int32_t k = 0; k < 101 * 101; k++) {
+        points[3 * k] = (float)(k % 101);
+        points[3 * k + 1] = (float)(k / 101);
+        points[3 * k + 2] = 0.3f * (float)(k % 7);
+    }
+    for (int32_t k = 0; k < 10000; k++) {
+        int32_t a = k / 100 * 101 + k % 100;
+        const int32_t quad[4] = {a, a + 1, a + 102, a + 101};
+        counts[k] = 4;
+        memcpy(indices + 4 * k, quad, sizeof quad);
+    }
+    for (uint32_t level = 0; level < COUNT(most); level++) {
+        CohortMeshDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK, .level = level};
+        SET_TOPOLOGY(desc, points, counts, indices);
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        size_t before = co_memory_live(CO_MEMORY_ACCEL);
+        CoBvh *bvh = co_bvh_create(&mesh, NULL);
+        size_t bytes = co_bvh_bytes(bvh);
+        assert_int_equal(bytes, co_memory_live(CO_MEMORY_ACCEL) - before);
+        print_message("level %u: %.2f + %.2f bytes per triangle\n", level,
+                      (double)mesh.bytes / mesh.tri_count, (double)bytes / mesh.tri_count);
+        assert_true(mesh.bytes + bytes <= most[level] * mesh.tri_count);
+        co_bvh_destroy(bvh);
+        co_mesh_destroy(&mesh);
+    }
+}
+
+static void failing_allocations_are_reported(void **state)
+{
+    (void)state;
+    static Cage cage;
+    make_torus(&cage, true, false);
+    for (uint32_t level = 0; level < 4; level++) {
+        CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, level);
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        size_t before = co_memory_live(CO_MEMORY_ACCEL);
+        bool is_built = false;
+        uint64_t n;
+        for (n = 1; n < 100 && !is_built; n++) {
+            CohortError err = {0};
+            co_memory_fail_after(n);
+            CoBvh *bvh = co_bvh_create(&mesh, &err);
+            co_memory_fail_after(0);
+            is_built = bvh && err.code == COHORT_OK;
+            if (!bvh)
+                assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+            co_bvh_destroy(bvh);
+            assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
+        }
+        assert_true(is_built && n > 4);
+        co_mesh_destroy(&mesh);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(hits_are_those_of_loose_triangles),
+        cmocka_unit_test(flat_and_far_boxes_hold),
+        cmocka_unit_test(faces_and_trees_are_small),
+        cmocka_unit_test(failing_allocations_are_reported),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
