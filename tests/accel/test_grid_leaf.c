@@ -6,7 +6,7 @@
 #include "geometry/subdivision_fixture.h"
 
 enum {
-    RAYS = 20000
+    RAYS = 5000
 };
 
 // The same triangles with indices.

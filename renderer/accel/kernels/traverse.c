@@ -64,7 +64,7 @@ static bool trace_leaf(Group *group, const Rays *rays, uint32_t j, const Shear *
     return false;
 }
 
-#include "accel/kernels/grid.h"
+#include "accel/kernels/grid_blocks.h"
 
 typedef struct StackEntry {
     uint32_t ref;

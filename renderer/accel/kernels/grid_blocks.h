@@ -1,8 +1,8 @@
 // Leaves of subdivided meshes (grid_leaf.h): blocks are gathered from the mesh's points, then
 // tested like any other leaf. Part of traverse.c.
 
-#ifndef CO_ACCEL_KERNELS_GRID_H
-#define CO_ACCEL_KERNELS_GRID_H
+#ifndef CO_ACCEL_KERNELS_GRID_BLOCKS_H
+#define CO_ACCEL_KERNELS_GRID_BLOCKS_H
 
 #include "accel/grid_leaf.h"
 #include "accel/kernels/triangle.h"
