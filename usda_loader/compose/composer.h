@@ -138,6 +138,10 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
 // The stack of a root layer as seen from a stack with these variables (NULL: none).
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides);
 
+// Reads what the layers of a stack say is moved; what is not allowed or contradicts itself is
+// reported and left out.
+void co_stack_relocates(CoComposer *c, CoStack *stack);
+
 // A field of a layer's own metadata.
 const CoField *co_layer_field(const CoLayerFile *file, const char *name);
 

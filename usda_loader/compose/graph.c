@@ -105,7 +105,7 @@ static uint32_t add_node(CoComposer *c, CoGraph *graph, const CoArcSpec *arc)
                      .to_parent = arc->to_parent};
     link->to_root = co_map_is_identity(arc->to_parent)
                         ? parent_to_root
-                        : co_map_compose(&c->paths, parent_to_root, arc->to_parent);
+                        : co_map_compose_exactly(&c->paths, parent_to_root, arc->to_parent);
     co_composer_need(c, link->to_root);
     graph->nodes[made] = (CoNode){.site = arc->site,
                                   .link = link,
@@ -156,7 +156,7 @@ uint32_t co_graph_graft(CoComposer *c, CoGraph *graph, const CoArcSpec *arc, con
         CoLink *link = graph->nodes[i].link;
         link->to_root = co_map_is_identity(link->to_parent)
                             ? to_root
-                            : co_map_compose(&c->paths, to_root, link->to_parent);
+                            : co_map_compose_exactly(&c->paths, to_root, link->to_parent);
         co_composer_need(c, link->to_root);
     }
     return top;

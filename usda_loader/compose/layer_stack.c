@@ -172,94 +172,6 @@ static void walk_layers(CoComposer *c, CoStack *stack, size_t *capacity, const C
     }
 }
 
-// ---- Relocates --------------------------------------------------------------------------------
-static bool is_relocatable(CoComposer *c, const CoLayerFile *file, const CoField *field,
-                           const CoMove *move)
-{
-    const char *why = NULL;
-    if (!move->source || !move->target)
-        why = "is no prim path";
-    else if (move->source == move->target)
-        why = "leads to itself";
-    else if (co_path_has_prefix(move->source, move->target))
-        why = "would move a prim onto its ancestor";
-    else if (co_path_has_prefix(move->target, move->source))
-        why = "would move a prim below itself";
-    else if (move->source->depth < 2)
-        why = "would move a root prim";
-    if (why)
-        co_composer_warn(c, file, field->line, move->source, "a relocate %s and is ignored", why);
-    return !why;
-}
-
-static bool conflicts(const CoStack *stack, const CoMove *move)
-{
-    for (size_t i = 0; i < stack->relocate_count; i++) {
-        const CoMove *other = &stack->relocates[i];
-        if (other->target == move->target || other->source == move->target ||
-            other->target == move->source)
-            return true;
-    }
-    return false;
-}
-
-static const CoPath *parse_prim_path(CoComposer *c, const char *text)
-{
-    bool malformed;
-    return co_path_parse(&c->paths, text, strlen(text), &c->paths.root, &malformed);
-}
-
-static void read_relocates(CoComposer *c, CoStack *stack, const CoLayerFile *file, size_t *capacity)
-{
-    const CoField *field = co_layer_field(file, c->names.relocates);
-    size_t count = field && field->value.type == COHORT_TYPE_RELOCATES ? field->value.count : 0;
-    const CoRelocate *items = count ? field->value.data : NULL;
-    size_t before = stack->relocate_count;
-    for (size_t i = 0; i < count; i++) {
-        CoMove move = {parse_prim_path(c, items[i].source), parse_prim_path(c, items[i].target),
-                       NULL};
-        bool deletes = move.source && !*items[i].target;
-        if (!deletes && !is_relocatable(c, file, field, &move))
-            continue;
-        bool is_overridden = false;
-        for (size_t j = 0; j < before && !is_overridden; j++)
-            is_overridden = stack->relocates[j].source == move.source;
-        if (is_overridden)
-            continue;
-        if (!deletes && conflicts(stack, &move)) {
-            co_composer_warn(c, file, field->line, move.source,
-                             "a relocate contradicts another and is ignored");
-            continue;
-        }
-        stack->relocates =
-            co_composer_grow(c, stack->relocates, stack->relocate_count, capacity, sizeof(CoMove));
-        stack->relocates[stack->relocate_count++] = move;
-    }
-}
-
-// Traces each source back through the moves of its ancestors.
-static void find_origins(CoComposer *c, CoStack *stack)
-{
-    for (size_t i = 0; i < stack->relocate_count; i++) {
-        CoMove *move = &stack->relocates[i];
-        move->origin = move->source;
-        // No more steps than moves: more would be a loop.
-        for (size_t step = 0; step < stack->relocate_count; step++) {
-            const CoMove *above = NULL;
-            for (size_t j = 0; j < stack->relocate_count; j++) {
-                const CoMove *other = &stack->relocates[j];
-                bool is_above = other->target && co_path_has_prefix(move->origin, other->target);
-                if (is_above && (!above || other->target->length > above->target->length))
-                    above = other;
-            }
-            if (!above)
-                break;
-            move->origin = co_composer_need(
-                c, co_path_replace_prefix(&c->paths, move->origin, above->target, above->source));
-        }
-    }
-}
-
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
 {
     for (size_t i = 0; i < c->stack_count; i++)
@@ -269,12 +181,10 @@ CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVaria
     stack->root = root;
     stack->overrides = overrides;
     stack->variables = stack_variables(c, root, overrides);
-    size_t capacity = 0, relocate_capacity = 0;
+    size_t capacity = 0;
     CoStackWalk walk = {root, NULL, 0, 1};
     walk_layers(c, stack, &capacity, &walk);
-    for (size_t i = 0; i < stack->layer_count; i++)
-        read_relocates(c, stack, stack->layers[i].file, &relocate_capacity);
-    find_origins(c, stack);
+    co_stack_relocates(c, stack);
     c->stacks =
         co_composer_grow(c, c->stacks, c->stack_count, &c->stack_capacity, sizeof(CoStack *));
     c->stacks[c->stack_count++] = stack;

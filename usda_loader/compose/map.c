@@ -158,6 +158,38 @@ CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner
     return map;
 }
 
+// A path that the inner map has no image for, because another pair claims it, has none in the whole
+// either; where the pairs of the whole no longer say so, it is cut off by name.
+static CoMap *keep_claims(CoPathTable *table, const CoMap *inner, CoMap *map)
+{
+    for (uint32_t i = 0; map && i < inner->count; i++) {
+        const CoPath *claimed = inner->pairs[i].target;
+        for (uint32_t j = 0; claimed && map && j < inner->count; j++) {
+            const CoMapPair *wide = &inner->pairs[j];
+            if (i == j || !wide->target || !co_path_has_prefix(claimed, wide->target))
+                continue;
+            const CoPath *path =
+                co_path_replace_prefix(table, claimed, wide->target, wide->source);
+            if (!path || co_map_to_target(table, inner, path) ||
+                !co_map_to_target(table, map, path))
+                continue;
+            CoMap *grown = alloc_map(table, (size_t)map->count + 1);
+            if (grown) {
+                memcpy(grown, map, sizeof *map + map->count * sizeof *map->pairs);
+                grown->pairs[grown->count++] = (CoMapPair){path, NULL};
+            }
+            map = grown;
+        }
+    }
+    return map;
+}
+
+CoMap *co_map_compose_exactly(CoPathTable *table, const CoMap *outer, const CoMap *inner)
+{
+    CoMap *map = co_map_compose(table, outer, inner);
+    return inner->count > 1 ? keep_claims(table, inner, map) : map;
+}
+
 CoMap *co_map_inverse(CoPathTable *table, const CoMap *map)
 {
     CoMap *out = alloc_map(table, map->count);

@@ -31,6 +31,10 @@ CoMap *co_map_pairs(CoPathTable *table, const CoMapPair *pairs, size_t count);
 
 CoMap *co_map_with_root(CoPathTable *table, const CoMap *map);
 CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner);
+
+// The same, and no path that `inner` has no image for has one in the whole. For targets; the maps
+// that classes are passed on by do without.
+CoMap *co_map_compose_exactly(CoPathTable *table, const CoMap *outer, const CoMap *inner);
 CoMap *co_map_inverse(CoPathTable *table, const CoMap *map);
 bool co_map_equal(const CoMap *a, const CoMap *b);
 bool co_map_is_identity(const CoMap *map);

@@ -103,6 +103,12 @@ static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
         if (!what->is_relationship)
             spec->type_name = what->type;
     }
+    // An attribute may be spoken of as a relationship later: it stays what it is but takes its flag.
+    if (spec->kind == CO_SPEC_ATTRIBUTE && what->is_relationship) {
+        spec->is_uniform = what->is_uniform;
+        spec->is_custom |= what->is_custom;
+        return spec;
+    }
     if (spec->kind != kind ||
         (kind == CO_SPEC_ATTRIBUTE && !same_type(spec->type_name, what->type))) {
         co_parse_fail(p, what->at, "'%s' was a %s on line %u and cannot become a %s", what->name,

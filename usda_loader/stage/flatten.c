@@ -107,10 +107,13 @@ static CoSpec *flatten_property(CoFlattener *flat, const CohortPrim *prim, const
         if (!*out->type_name && walk.spec->type_name)
             out->type_name = walk.spec->type_name;
     }
-    // Only "uniform" is ever authored, so any opinion of it counts; a relationship is one.
-    for (uint32_t i = 0; i < prim->data->opinion_count && !out->is_uniform; i++) {
+    // The weakest opinion says whether an attribute may vary; a relationship never does.
+    for (uint32_t i = prim->data->opinion_count; i-- > 0;) {
         const CoSpec *spec = co_spec_property(prim->data->opinions[i].spec, name);
-        out->is_uniform = spec && (spec->is_uniform || spec->kind == CO_SPEC_RELATIONSHIP);
+        if (!spec)
+            continue;
+        out->is_uniform = spec->is_uniform || spec->kind == CO_SPEC_RELATIONSHIP;
+        break;
     }
     if (out->kind == CO_SPEC_ATTRIBUTE) {
         flatten_attribute(flat, out, prim);

@@ -73,6 +73,24 @@ static void maps_compose_and_invert(void **state)
     assert_false(co_map_is_identity(outer));
 }
 
+static void what_a_pair_claims_stays_cut_off(void **state)
+{
+    (void)state;
+    // An heir of /R/Class moves its child to /R/Anim; nothing else may lead there.
+    CoMapPair inner_pairs[] = {{path("/R/Class"), path("/R/Heir")},
+                               {path("/R/Class/Child"), path("/R/Anim/Moved")},
+                               {&table.root, &table.root}};
+    CoMapPair outer_pairs[] = {{path("/R"), path("/World/R")},
+                               {path("/R/Anim/Moved"), path("/World/Face")}};
+    const CoMap *inner = co_map_pairs(&table, inner_pairs, 3);
+    const CoMap *outer = co_map_pairs(&table, outer_pairs, 2);
+    assert_null(co_map_to_target(&table, inner, path("/R/Anim/Moved")));
+    const CoMap *map = co_map_compose_exactly(&table, outer, inner);
+    assert_null(co_map_to_target(&table, map, path("/R/Anim/Moved")));
+    assert_ptr_equal(co_map_to_target(&table, map, path("/R/Class/Child")), path("/World/Face"));
+    assert_ptr_equal(co_map_to_target(&table, map, path("/R/Anim")), path("/World/R/Anim"));
+}
+
 static void implied_pairs_are_dropped(void **state)
 {
     (void)state;
@@ -92,6 +110,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_reference_maps_its_prim_only, begin, end),
         cmocka_unit_test_setup_teardown(a_class_maps_the_rest_to_itself, begin, end),
         cmocka_unit_test_setup_teardown(maps_compose_and_invert, begin, end),
+        cmocka_unit_test_setup_teardown(what_a_pair_claims_stays_cut_off, begin, end),
         cmocka_unit_test_setup_teardown(implied_pairs_are_dropped, begin, end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

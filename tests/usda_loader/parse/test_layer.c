@@ -203,6 +203,21 @@ static void variants_nest(void **state)
     assert_string_equal(red->contents->variant_sets[0]->contents->children[1]->name, "small-1|x");
 }
 
+static void an_attribute_spoken_of_as_a_relationship_stays_one(void **state)
+{
+    (void)state;
+    static const char source[] = "#usda 1.0\ndef \"A\" {\n double a = 1\n rel a = </A>\n}\n";
+    Reports reports;
+    CohortError err;
+    CoLayer *layer = parse_bytes(source, sizeof source - 1, NULL, &reports, &err);
+    assert_non_null(layer);
+    const CoSpec *a = co_spec_property(co_spec_child(layer->root, token("A")), token("a"));
+    assert_int_equal(a->kind, CO_SPEC_ATTRIBUTE);
+    assert_true(a->is_uniform);
+    assert_string_equal(a->type_name, "double");
+    co_layer_destroy(layer);
+}
+
 static void long_lists_are_found_by_name(void **state)
 {
     (void)state;
@@ -262,6 +277,7 @@ int main(void)
         cmocka_unit_test(samples_are_sorted_and_the_last_wins),
         cmocka_unit_test(paths_are_absolute),
         cmocka_unit_test(variants_nest),
+        cmocka_unit_test(an_attribute_spoken_of_as_a_relationship_stays_one),
         cmocka_unit_test(long_lists_are_found_by_name),
         cmocka_unit_test(type_names),
     };
