@@ -89,6 +89,7 @@ static uint32_t add_class(CoIndexer *indexer, CoArcSpec arc, const CoSite *same,
     arc.site = co_site(indexer->c, parent->stack, path);
     arc.namespace_depth = parent->path->depth;
     arc.root_depth = indexer->root_depth;
+    arc.site->stack->arc_count++;
     uint32_t there = matching_child(indexer, &arc);
     if (there != CO_NO_NODE)
         return there;

@@ -91,6 +91,7 @@ const void *co_composer_need(CoComposer *c, const void *made)
 void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, const CoPath *path,
                       const char *format, ...)
 {
+    c->warning_count++;
     c->is_strict_failure |= c->options.strict;
     char text[512], where[512];
     va_list args;

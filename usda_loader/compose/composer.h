@@ -88,6 +88,7 @@ typedef struct CoStack {
     size_t layer_count;
     CoMove *relocates; // incremental: each says one move
     size_t relocate_count;
+    uint64_t arc_count; // made so far to any site here
 } CoStack;
 
 typedef struct CoSite CoSite;
@@ -106,6 +107,7 @@ typedef struct CoComposer {
     size_t stack_count, stack_capacity;
     CoSite **sites; // open addressing over (stack, path)
     size_t site_count, site_capacity;
+    uint64_t warning_count;
     bool is_strict_failure; // strict, and something was reported
 } CoComposer;
 

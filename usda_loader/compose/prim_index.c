@@ -194,6 +194,7 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     CoComposer *c = indexer->c;
     static const char *const kinds[] = {"root",      "inherit", "variant",   "relocate",
                                         "reference", "payload", "specialize"};
+    arc->site->stack->arc_count++;
     if (is_cycle(indexer, arc)) {
         char text[256];
         co_path_text(arc->site->path, text, sizeof text);

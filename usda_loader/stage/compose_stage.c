@@ -4,6 +4,7 @@
 #include "compose/fields.h"
 #include "compose/list_op.h"
 #include "stage/clips.h"
+#include "stage/share.h"
 
 #include "base/hash.h"
 
@@ -365,6 +366,9 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
     CoComposer *c = &stage->composer;
     if (depth >= c->options.max_depth)
         co_composer_fail(c, COHORT_ERROR_LIMIT, "prims are nested deeper than max_depth allows");
+    CoShareKey key = co_share_key(stage, prim, graph);
+    if (co_share_take(stage, prim, &key))
+        return;
     CoOrdered visible = *ordered;
     bool is_instance = prim->data->flags & CO_PRIM_INSTANCE;
     if (is_instance) {
@@ -393,6 +397,7 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
         co_arena_rewind(&c->scratch, mark);
     }
     note_shown(c, prim);
+    co_share_offer(stage, prim, graph, &key);
 }
 
 void co_stage_compose(CohortStage *stage)

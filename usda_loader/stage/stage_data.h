@@ -105,6 +105,8 @@ struct CohortStage {
     size_t prim_count;
     CoInstanceSlot *instances; // prototypes by key, open addressing
     size_t instance_count, instance_capacity;
+    CoInstanceSlot *shares; // prims whose children others may take over (share.h)
+    size_t share_count, share_capacity;
     pthread_mutex_t lock; // guards all below
     CoArena answers_arena;
     CoAnswerSlot *answers;
