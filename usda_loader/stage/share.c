@@ -14,7 +14,8 @@ static bool is_silent_site(const CoComposer *c, const CoSite *site)
         return false;
     for (uint32_t i = 0; i < site->spec_count; i++) {
         const CoSpec *spec = site->specs[i].spec;
-        if (spec->child_count || spec->variant_set_count || co_spec_field(spec, c->names.primOrder))
+        const CoContents *in = co_spec_contents(spec);
+        if (in->child_count || in->variant_set_count || co_spec_field(spec, c->names.primOrder))
             return false;
     }
     return true;
