@@ -6,7 +6,7 @@
 #include <string.h>
 
 // Powers of ten that a double, and an 80-bit extended double, hold exactly.
-static const double exact_powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+const double co_exact_powers[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                       1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                       1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 #if LDBL_MANT_DIG == 64
@@ -28,7 +28,7 @@ static inline bool scale_exactly(uint64_t mantissa, int exponent, double *out)
 {
     if (mantissa >> 53 == 0 && exponent >= -22 && exponent <= 22) {
         double value = (double)mantissa;
-        *out = exponent < 0 ? value / exact_powers[-exponent] : value * exact_powers[exponent];
+        *out = exponent < 0 ? value / co_exact_powers[-exponent] : value * co_exact_powers[exponent];
         return true;
     }
 #if LDBL_MANT_DIG == 64
@@ -157,9 +157,9 @@ static inline double decimal_value(const Decimal *decimal)
     return decimal->negative ? -value : value;
 }
 
-const char *co_number_read(const char *at, double *out)
+const char *co_number_read_any(const char *at, double *out)
 {
-    // The common shape of mesh data first: a few whole digits, a point, and up to 16 more.
+    // Most often a few whole digits, a point, and up to 16 more.
     const char *p = at;
     bool negative = *p == '-';
     p += negative;

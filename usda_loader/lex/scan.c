@@ -8,10 +8,13 @@ void co_scan_init(CoScan *scan, const char *text, size_t size)
     scan->line_begin = text;
     scan->line = 1;
     scan->unclosed = scan->end;
+    // A character that neither a number nor white space has stops both.
     const char *safe = scan->end;
     while (safe > text && strchr(" \t\r\n.+-eE0123456789", safe[-1]) && safe[-1])
         safe--;
-    scan->safe = safe > text ? safe - 1 : text;
+    safe = safe > text ? safe - 1 : text;
+    size_t ahead = size < CO_SCAN_AHEAD ? size : CO_SCAN_AHEAD;
+    scan->safe = safe < scan->end - ahead ? safe : scan->end - ahead;
 }
 
 // Back to a place before what was counted.

@@ -13,11 +13,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+enum {
+    CO_SCAN_AHEAD = 32
+};
+
 typedef struct CoScan {
     const char *begin, *end;
     const char *at; // the cursor
-    // The last character that neither a number nor white space has: what skips those from before it
-    // needs no test for the end.
+    // What skips a number or white space from before this place needs no test for the end, and may
+    // read CO_SCAN_AHEAD characters at once.
     const char *safe;
     const char *unclosed; // no "*/" stands behind this place: keeps repeated searches linear
     // Lines are counted only when asked for, from the last question on.

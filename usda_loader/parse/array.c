@@ -1,20 +1,8 @@
 // Arrays, straight into packed storage. Nested brackets flatten when they are square.
 
-#include "parse/parser.h"
+#include "parse/array.h"
 
 #include <string.h>
-
-enum {
-    MAX_RANK = 16
-};
-
-typedef struct Array {
-    const CoTypeInfo *info;
-    size_t element; // bytes
-    size_t count;
-    unsigned rank, leaf_rank; // brackets open now; at the first element (0: none yet)
-    size_t shape[MAX_RANK];   // items of the first list at each rank, 0 until it closed
-} Array;
 
 static bool too_long(CoParser *p)
 {
@@ -23,154 +11,70 @@ static bool too_long(CoParser *p)
                          (unsigned long long)p->max_array_length);
 }
 
-static bool room(CoParser *p, const Array *array)
+bool co_array_reserve(CoParser *p, CoArray *array)
 {
     if (array->count >= p->max_array_length)
         return too_long(p);
-    return co_parse_scratch(p, (array->count + 1) * array->element);
-}
-
-// ---- The fast loop
-// ------------------------------------------------------------------------------- Numbers and flat
-// tuples of them with blanks, commas and line ends between: all of a mesh. Anything else (comments,
-// nan, odd separators, errors) stops it before the element and is left to the general reader, which
-// judges it.
-
-static const char *skip_white(const char *p)
-{
-    while (*p == ' ' || *p == '\n' || *p == '\t' || *p == '\r')
-        p++;
-    return p;
-}
-
-static const char *skip_blank(const char *p)
-{
-    while (*p == ' ' || *p == '\t')
-        p++;
-    return p;
-}
-
-// A 32-bit integer without exponent, or NULL.
-static const char *read_int(const char *p, int32_t *out)
-{
-    bool negative = *p == '-';
-    p += negative;
-    const char *first = p;
-    uint64_t value = 0;
-    while ((unsigned char)(*p - '0') < 10)
-        value = value * 10 + (uint64_t)(*p++ - '0');
-    if (p == first || p - first > 10 || value > (uint64_t)INT32_MAX + negative || *p == '.' ||
-        (*p | 32) == 'e')
-        return NULL;
-    *out = (int32_t)(negative ? -(int64_t)value : (int64_t)value);
-    return p;
-}
-
-static const char *read_component(const char *p, CoScalar scalar, unsigned char *out)
-{
-    if (scalar == CO_SCALAR_INT) {
-        int32_t value;
-        p = read_int(p, &value);
-        if (p)
-            memcpy(out, &value, sizeof value);
-        return p;
-    }
-    double real;
-    p = co_number_read(p, &real);
-    if (!p)
-        return NULL;
-    if (scalar == CO_SCALAR_FLOAT) {
-        float value = (float)real;
-        memcpy(out, &value, sizeof value);
-    } else if (scalar == CO_SCALAR_DOUBLE) {
-        memcpy(out, &real, sizeof real);
-    } else {
-        uint16_t half = co_half_from_float((float)real);
-        memcpy(out, &half, sizeof half);
-    }
-    return p;
-}
-
-// One element at p, or NULL.
-static inline const char *read_fast(const char *p, CoScalar scalar, unsigned width, size_t size,
-                                    unsigned char *out, const char *safe)
-{
-    if (!width)
-        return read_component(p, scalar, out);
-    if (*p++ != '(')
-        return NULL;
-    for (unsigned i = 0; i < width; i++) {
-        if (p > safe || (p = skip_white(p)) >= safe)
-            return NULL;
-        p = read_component(p, scalar, out + i * size);
-        if (!p)
-            return NULL;
-        p = skip_blank(p);
-        if (i + 1 < width && *p++ != ',')
-            return NULL;
-    }
-    return *p == ')' ? p + 1 : NULL;
+    if (array->count < array->capacity)
+        return true;
+    if (!co_parse_scratch(p, (array->count + 1) * array->element))
+        return false;
+    if (array->is_final)
+        memcpy(p->scratch, array->data, array->count * array->element);
+    array->is_final = false;
+    array->data = p->scratch;
+    array->capacity = p->scratch_size / array->element;
+    return true;
 }
 
 // Reads elements as long as each is plain and followed by a comma; the last one is left.
-static bool fast_loop(CoParser *p, Array *array)
+static bool read_plain(CoParser *p, CoArray *array)
 {
-    const CoTypeInfo *info = array->info;
-    if (info->rows || info->is_quaternion ||
-        !(info->scalar == CO_SCALAR_INT || info->scalar == CO_SCALAR_FLOAT ||
-          info->scalar == CO_SCALAR_DOUBLE || info->scalar == CO_SCALAR_HALF))
+    if (!co_plain_type(array->info))
         return true;
-    size_t size = co_scalar_size(info->scalar);
-    const char *at = p->scan.at;
-    for (;;) {
-        size_t capacity = p->scratch_size / array->element;
-        if (array->count >= capacity) {
-            p->scan.at = at;
-            if (!room(p, array))
-                return false;
-            capacity = p->scratch_size / array->element;
-        }
-        capacity = capacity < p->max_array_length ? capacity : p->max_array_length;
-        unsigned char *out = p->scratch + array->count * array->element;
-        for (; array->count < capacity; array->count++, out += array->element) {
-            if (at >= p->scan.safe)
-                break;
-            const char *next = read_fast(at, info->scalar, info->columns, size, out, p->scan.safe);
-            if (!next || next > p->scan.safe)
-                break;
-            next = skip_blank(next);
-            if (next >= p->scan.safe || *next != ',')
-                break;
-            at = skip_white(next + 1);
-        }
-        p->scan.at = at;
-        if (array->count < capacity || array->count >= p->max_array_length)
-            return true;
+    if (!co_parse_bulk(p, array))
+        return false;
+    while (array->count < p->max_array_length) {
+        if (!co_array_reserve(p, array))
+            return false;
+        size_t capacity =
+            array->capacity < p->max_array_length ? array->capacity : p->max_array_length;
+        CoPlainRun run = {.at = p->scan.at,
+                          .stop = p->scan.safe,
+                          .out = array->data + array->count * array->element,
+                          .most = capacity - array->count};
+        co_plain_read(array->info, p->scan.safe, &run);
+        array->count += run.count;
+        p->scan.at = run.at;
+        if (array->count < capacity)
+            break;
     }
+    return true;
 }
 
 // ---- The general reader ------------------------------------------------------------------------
 
-static bool parse_list(CoParser *p, Array *array);
+static bool parse_list(CoParser *p, CoArray *array);
 
-static bool parse_leaf(CoParser *p, Array *array)
+static bool parse_leaf(CoParser *p, CoArray *array)
 {
     if (!array->leaf_rank)
         array->leaf_rank = array->rank;
     if (array->rank != array->leaf_rank)
         return co_parse_fail(p, p->scan.at, "found an element beside a list; rows must be alike");
-    if (!room(p, array))
+    if (!co_array_reserve(p, array))
         return false;
-    // Scratch may move or be used for paths while the element is read.
     _Alignas(16) unsigned char element[CO_ELEMENT_BYTES];
     if (!co_parse_element(p, array->info, element))
         return false;
-    memcpy(p->scratch + array->count * array->element, element, array->element);
+    // Scratch may have moved meanwhile.
+    array->data = array->is_final ? array->data : p->scratch;
+    memcpy(array->data + array->count * array->element, element, array->element);
     array->count++;
     return true;
 }
 
-static bool close_list(CoParser *p, Array *array, size_t items)
+static bool close_list(CoParser *p, CoArray *array, size_t items)
 {
     size_t *expected = &array->shape[array->rank - 1];
     if (*expected && *expected != items)
@@ -181,14 +85,14 @@ static bool close_list(CoParser *p, Array *array, size_t items)
     return true;
 }
 
-static bool parse_items(CoParser *p, Array *array)
+static bool parse_items(CoParser *p, CoArray *array)
 {
     size_t items = 0;
     co_scan_space(&p->scan);
     for (;;) {
         if (!array->leaf_rank || array->leaf_rank == array->rank) {
             size_t before = array->count;
-            if (!fast_loop(p, array))
+            if (!read_plain(p, array))
                 return false;
             items += array->count - before;
             if (array->count > before)
@@ -213,19 +117,19 @@ static bool parse_items(CoParser *p, Array *array)
     }
 }
 
-static bool parse_list(CoParser *p, Array *array)
+static bool parse_list(CoParser *p, CoArray *array)
 {
     if (!co_parse_char(p, '['))
         return false;
-    if (array->rank >= MAX_RANK)
-        return co_parse_fail(p, p->scan.at, "found lists nested deeper than %d", MAX_RANK);
+    if (array->rank >= CO_MAX_RANK)
+        return co_parse_fail(p, p->scan.at, "found lists nested deeper than %d", CO_MAX_RANK);
     array->rank++;
     return parse_items(p, array);
 }
 
 bool co_parse_array(CoParser *p, CohortType type, CoValue *out)
 {
-    Array array = {.info = co_type_info(type), .element = co_type_size(type)};
+    CoArray array = {.info = co_type_info(type), .element = co_type_size(type)};
     if (co_scan_peek(&p->scan) != '[')
         return co_parse_expected(p, "a list in [ ]");
     CoScan ahead = p->scan;
@@ -236,6 +140,7 @@ bool co_parse_array(CoParser *p, CohortType type, CoValue *out)
     else if (!parse_list(p, &array))
         return false;
     *out = (CoValue){.type = type, .is_array = true, .count = (uint32_t)array.count};
-    out->data = co_parse_keep(p, p->scratch, array.count * array.element);
+    out->data = array.is_final ? array.data
+                               : co_parse_keep(p, array.data, array.count * array.element);
     return out->data != NULL;
 }

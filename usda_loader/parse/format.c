@@ -113,7 +113,7 @@ static size_t format_digits(double value, int digits, char *out)
 static double read_back(const char *text)
 {
     double value = 0.0;
-    co_number_read(text, &value);
+    co_number_read_any(text, &value);
     return value;
 }
 
