@@ -1,6 +1,7 @@
 // References and payloads: another prim, of this stack or of another layer, joins in.
 
 #include "compose/fields.h"
+#include "compose/population.h"
 #include "compose/prim_index.h"
 
 #include <math.h>
@@ -40,6 +41,10 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
     const CoLayerFile *file = site->stack->root;
     target->stack = site->stack;
     double rate = 1;
+    if (*arc->asset && co_composer_is_muted(c, arc->asset)) {
+        warn(indexer, arc, is_payload, "is left out: its layer is muted", "");
+        return false;
+    }
     if (*arc->asset) {
         CohortError err = {0};
         file = co_composer_layer(c, arc->asset, &err);
@@ -117,7 +122,7 @@ static void add(CoIndexer *indexer, uint32_t node, const CoSiteArc *arc, int num
 void co_arc_references(CoIndexer *indexer, uint32_t node, bool payloads)
 {
     const CoNode *n = &indexer->graph.nodes[node];
-    if (!co_node_contributes(n) || (payloads && indexer->c->options.no_payloads))
+    if (!co_node_contributes(n) || (payloads && !co_population_loads(indexer->c, co_indexer_stage_path(indexer))))
         return;
     const CoSiteArcs *arcs = co_site_arcs(indexer->c, n->site);
     size_t count = payloads ? arcs->payload_count : arcs->reference_count;

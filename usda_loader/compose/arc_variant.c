@@ -138,10 +138,43 @@ static const char *authored_selection(const CoSelectionSearch *search)
     return NULL;
 }
 
+static const char *fallback_selection(CoIndexer *indexer, const CoTask *task)
+{
+    CoComposer *c = indexer->c;
+    const CohortStageOptions *o = &c->options;
+    CoStack *stack = indexer->graph.nodes[task->node].site->stack;
+    for (size_t i = 0; i < o->fallback_count; i++) {
+        if (strcmp(o->fallbacks[i].set, task->set) != 0)
+            continue;
+        const char *text = o->fallbacks[i].selection;
+        const char *selection = co_composer_need(c, co_token(text, strlen(text)));
+        const CoPath *variant = co_path_variant(&c->paths, task->set_path, task->set, selection);
+        if (co_site(c, stack, co_composer_need(c, variant))->spec_count)
+            return selection;
+    }
+    return NULL;
+}
+
+// Nothing is selected, or nothing yet: another variant may bring a selection in.
+static void put_off(CoIndexer *indexer, const CoTask *task, bool ancestral, bool may_fall_back)
+{
+    CoTask later = *task;
+    if (may_fall_back && indexer->c->options.fallback_count)
+        later.kind =
+            ancestral ? CO_TASK_ANCESTRAL_VARIANT_FALLBACK : CO_TASK_VARIANT_FALLBACK;
+    else
+        later.kind = ancestral ? CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION
+                               : CO_TASK_VARIANT_WITHOUT_SELECTION;
+    co_indexer_add_task(indexer, later);
+}
+
 void co_arc_variant(CoIndexer *indexer, const CoTask *task)
 {
     CoComposer *c = indexer->c;
-    bool ancestral = task->kind == CO_TASK_ANCESTRAL_VARIANT;
+    bool falls_back = task->kind == CO_TASK_VARIANT_FALLBACK ||
+                      task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
+    bool ancestral = task->kind == CO_TASK_ANCESTRAL_VARIANT ||
+                     task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
     const CoNode *node = &indexer->graph.nodes[task->node];
     if (!may_speak_at(node, task->set_path))
         return;
@@ -152,11 +185,11 @@ void co_arc_variant(CoIndexer *indexer, const CoTask *task)
         selection = chosen_outside(&search, start);
     if (!selection)
         selection = authored_selection(&search);
+    bool is_open = !selection || !*selection;
+    if (is_open && falls_back)
+        selection = fallback_selection(indexer, task);
     if (!selection || !*selection) {
-        CoTask later = *task;
-        later.kind = ancestral ? CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION
-                               : CO_TASK_VARIANT_WITHOUT_SELECTION;
-        co_indexer_add_task(indexer, later);
+        put_off(indexer, task, ancestral, is_open && !falls_back);
         return;
     }
     const CoPath *variant = co_path_variant(&c->paths, task->set_path, task->set, selection);

@@ -6,9 +6,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-bool co_asset_exists(const char *path)
+bool co_asset_exists(const CoComposer *c, const char *path)
 {
     struct stat st;
+    if (c->options.open && c->options.open(c->options.open_cookie, path, NULL))
+        return true;
     return stat(path, &st) == 0;
 }
 
@@ -52,6 +54,21 @@ static const char *join(CoComposer *c, const char *folder, size_t folder_length,
     return co_composer_need(c, co_token(path, skip + normalize(path + skip, total - skip)));
 }
 
+// Beside the layer, or in the first folder of the search paths that has it.
+static const char *search(CoComposer *c, const char *beside, const char *authored)
+{
+    const CohortPaths *folders = &c->options.search_paths;
+    bool is_relative = !strncmp(authored, "./", 2) || !strncmp(authored, "../", 3);
+    if (is_relative || !folders->count || co_asset_exists(c, beside))
+        return beside;
+    for (size_t i = 0; i < folders->count; i++) {
+        const char *path = join(c, folders->items[i], strlen(folders->items[i]), authored);
+        if (co_asset_exists(c, path))
+            return path;
+    }
+    return beside;
+}
+
 const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored)
 {
     if (!*authored)
@@ -72,5 +89,5 @@ const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char 
             current[0] = 0;
         length = strlen(current);
     }
-    return join(c, folder, length, authored);
+    return search(c, join(c, folder, length, authored), authored);
 }

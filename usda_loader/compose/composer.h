@@ -82,16 +82,23 @@ typedef struct CoVariables {
 // A root layer and its sublayers, strongest first.
 typedef struct CoStack {
     const CoLayerFile *root;
+    const CoLayerFile *session; // of the stage's own stack alone: stronger than the root; or NULL
     const CoVariables *overrides; // of the stack that refers to this one
     const CoVariables *variables; // NULL: none
     CoStackLayer *layers;
     size_t layer_count;
-    CoMove *relocates; // incremental: each says one move
+    double time_codes_per_second; // of the root, but a session layer may say otherwise
+    CoMove *relocates;            // incremental: each says one move
     size_t relocate_count;
     uint64_t arc_count; // made so far to any site here
 } CoStack;
 
 typedef struct CoSite CoSite;
+
+typedef struct CoPathList {
+    const CoPath **items;
+    size_t count;
+} CoPathList;
 
 typedef struct CoComposer {
     CoArena arena;
@@ -101,6 +108,8 @@ typedef struct CoComposer {
     CohortError *err;
     jmp_buf escape;
     CoFieldNames names;
+    CoPathList loads, unloads, mask; // of the options (population.h)
+    const char **muted;              // tokens
     CoLayerFile **files;
     size_t file_count, file_capacity;
     CoStack **stacks;
@@ -140,6 +149,12 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
 // The stack of a root layer as seen from a stack with these variables (NULL: none).
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides);
 
+// The stage's own stack: the session layer and what it brings in, then the root layer.
+CoStack *co_composer_root_stack(CoComposer *c, const CoLayerFile *root, const CoLayerFile *session);
+
+// True if the options mute the layer at that absolute path.
+bool co_composer_is_muted(CoComposer *c, const char *path);
+
 // Reads what the layers of a stack say is moved; what is not allowed or contradicts itself is
 // reported and left out.
 void co_stack_relocates(CoComposer *c, CoStack *stack);
@@ -148,9 +163,9 @@ void co_stack_relocates(CoComposer *c, CoStack *stack);
 const CoField *co_layer_field(const CoLayerFile *file, const char *name);
 
 // Path, relative to the layer that says it, without looking for the file: absolute and normalised.
-// A plain "search" path that does not exist beside the layer stays as written. Token.
+// A path that begins with no dot and leads nowhere is looked for in the search paths. Token.
 const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored);
-bool co_asset_exists(const char *path);
+bool co_asset_exists(const CoComposer *c, const char *path);
 
 // Evaluates `"${VAR}"`-like text between backquotes. Text that is no expression comes back as it
 // is. NULL after a warning when it is malformed or names an unknown variable.

@@ -131,8 +131,11 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     }
     if (!*asset)
         return;
+    const char *path = co_asset_anchor(c, walk->file, asset);
+    if (co_composer_is_muted(c, path))
+        return;
     CohortError err = {0};
-    const CoLayerFile *file = co_composer_layer(c, co_asset_anchor(c, walk->file, asset), &err);
+    const CoLayerFile *file = co_composer_layer(c, path, &err);
     if (!file) {
         co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@ is left out: %s",
                          asset, err.message);
@@ -172,21 +175,43 @@ static void walk_layers(CoComposer *c, CoStack *stack, size_t *capacity, const C
     }
 }
 
-CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
+static CoStack *make_stack(CoComposer *c, const CoLayerFile *root, const CoLayerFile *session,
+                           const CoVariables *overrides)
 {
-    for (size_t i = 0; i < c->stack_count; i++)
-        if (c->stacks[i]->root == root && c->stacks[i]->overrides == overrides)
-            return c->stacks[i];
     CoStack *stack = co_composer_alloc(c, sizeof *stack);
     stack->root = root;
+    stack->session = session;
     stack->overrides = overrides;
     stack->variables = stack_variables(c, root, overrides);
     size_t capacity = 0;
-    CoStackWalk walk = {root, NULL, 0, 1};
+    double rate = root->time_codes_per_second;
+    if (session) {
+        // The session's rate, if it has one, is the stage's.
+        if (layer_number(session, c->names.timeCodesPerSecond) > 0)
+            rate = session->time_codes_per_second;
+        CoStackWalk walk = {session, NULL, 0, 1};
+        walk_layers(c, stack, &capacity, &walk);
+    }
+    CoStackWalk walk = {root, NULL, 0, rate / root->time_codes_per_second};
+    stack->time_codes_per_second = rate;
     walk_layers(c, stack, &capacity, &walk);
     co_stack_relocates(c, stack);
     c->stacks =
         co_composer_grow(c, c->stacks, c->stack_count, &c->stack_capacity, sizeof(CoStack *));
     c->stacks[c->stack_count++] = stack;
     return stack;
+}
+
+CoStack *co_composer_root_stack(CoComposer *c, const CoLayerFile *root, const CoLayerFile *session)
+{
+    return make_stack(c, root, session, session ? stack_variables(c, session, NULL) : NULL);
+}
+
+CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
+{
+    for (size_t i = 0; i < c->stack_count; i++)
+        if (c->stacks[i]->root == root && c->stacks[i]->overrides == overrides &&
+            !c->stacks[i]->session)
+            return c->stacks[i];
+    return make_stack(c, root, NULL, overrides);
 }

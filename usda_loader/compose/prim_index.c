@@ -1,5 +1,7 @@
 #include "compose/prim_index.h"
 
+#include "compose/fields.h"
+
 #include <string.h>
 
 void co_indexer_add_task(CoIndexer *indexer, CoTask task)
@@ -25,9 +27,11 @@ void co_indexer_retry_variants(CoIndexer *indexer)
 {
     for (size_t i = 0; i < indexer->task_count; i++) {
         CoTask *task = &indexer->tasks[i];
-        if (task->kind == CO_TASK_VARIANT_WITHOUT_SELECTION)
+        if (task->kind == CO_TASK_VARIANT_WITHOUT_SELECTION ||
+            task->kind == CO_TASK_VARIANT_FALLBACK)
             task->kind = CO_TASK_VARIANT;
-        else if (task->kind == CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION)
+        else if (task->kind == CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION ||
+                 task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK)
             task->kind = CO_TASK_ANCESTRAL_VARIANT;
     }
 }
@@ -320,7 +324,9 @@ static void run_task(CoIndexer *indexer, const CoTask *task)
         co_arc_variant_sets(indexer, task->node, false);
         break;
     case CO_TASK_ANCESTRAL_VARIANT:
+    case CO_TASK_ANCESTRAL_VARIANT_FALLBACK:
     case CO_TASK_VARIANT:
+    case CO_TASK_VARIANT_FALLBACK:
         co_arc_variant(indexer, task);
         break;
     case CO_TASK_VARIANT_WITHOUT_SELECTION:
@@ -356,6 +362,54 @@ bool co_prim_index_is_prohibited(const CoGraph *graph)
     return false;
 }
 
+// ---- Instances ----------------------------------------------------------------------------------
+static bool is_said_instanceable(CoComposer *c, const CoGraph *graph)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < graph->count && !any; i++)
+        any = graph->nodes[i].site->flags & CO_SITE_INSTANCEABLE;
+    if (!any)
+        return false;
+    uint32_t count, *order = co_composer_scratch(c, graph->count, sizeof *order);
+    co_graph_order(c, graph, 0, order, &count);
+    for (uint32_t i = 0; i < count; i++) {
+        const CoNode *node = &graph->nodes[order[i]];
+        for (uint32_t j = 0; !node->is_inert && j < node->site->spec_count; j++) {
+            const CoField *field = co_spec_field(node->site->specs[j].spec, c->names.instanceable);
+            bool value;
+            if (field && co_value_bool(&field->value, &value))
+                return value;
+        }
+    }
+    return false;
+}
+
+// Marks what comes in by arcs authored at this very prim; true if there is any.
+static bool mark_shared(CoGraph *graph, uint32_t node, bool is_below_arc)
+{
+    bool any = false;
+    graph->nodes[node].is_instanceable = is_below_arc;
+    if (is_below_arc && graph->nodes[node].site->spec_count && !graph->nodes[node].is_inert)
+        any = true;
+    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
+         i = graph->nodes[i].next_sibling)
+        any |= mark_shared(graph, i, is_below_arc || co_node_depth_below_arc(graph, i) == 0);
+    return any;
+}
+
+bool co_prim_index_mark_instance(CoComposer *c, CoGraph *graph)
+{
+    return is_said_instanceable(c, graph) && mark_shared(graph, 0, false);
+}
+
+static void drop_local_opinions(CoGraph *graph)
+{
+    for (uint32_t i = 0; i < graph->count; i++)
+        if (!graph->nodes[i].is_instanceable)
+            graph->nodes[i].is_inert = true;
+}
+
+// ---- Indices ------------------------------------------------------------------------------------
 // The index of a site that is not a stage prim: its ancestors' first.
 static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
 {
@@ -365,6 +419,8 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
     } else {
         CoSite *parent = co_site(c, site->stack, site->path->parent);
         build(indexer, parent, false);
+        if (co_prim_index_mark_instance(c, &indexer->graph))
+            drop_local_opinions(&indexer->graph);
         co_graph_descend(c, &indexer->graph, site->path->name, true);
         indexer->task_count = 0;
     }
@@ -383,13 +439,6 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
 void co_prim_index_root(CoComposer *c, CoStack *stack, CoGraph *out)
 {
     co_graph_init(c, out, co_site(c, stack, &c->paths.root));
-}
-
-static void drop_local_opinions(CoGraph *graph)
-{
-    for (uint32_t i = 0; i < graph->count; i++)
-        if (!graph->nodes[i].is_instanceable)
-            graph->nodes[i].is_inert = true;
 }
 
 void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_instance,

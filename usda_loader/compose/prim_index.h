@@ -18,6 +18,10 @@ void co_prim_index_root(CoComposer *c, CoStack *stack, CoGraph *out);
 void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_instance,
                          const char *name, CoGraph *out);
 
+// True if the prim is an instance: said to be instanceable, and arcs of its own bring something in.
+// Marks the nodes that these arcs bring in.
+bool co_prim_index_mark_instance(CoComposer *c, CoGraph *graph);
+
 // True if the prim may not exist: it was moved away by a relocate.
 bool co_prim_index_is_prohibited(const CoGraph *graph);
 
@@ -32,8 +36,10 @@ typedef enum CoTaskKind {
     CO_TASK_SPECIALIZES,
     CO_TASK_ANCESTRAL_VARIANT_SETS,
     CO_TASK_ANCESTRAL_VARIANT,
+    CO_TASK_ANCESTRAL_VARIANT_FALLBACK, // where nothing is selected, what the options say
     CO_TASK_VARIANT_SETS,
     CO_TASK_VARIANT,
+    CO_TASK_VARIANT_FALLBACK,
     CO_TASK_VARIANT_WITHOUT_SELECTION, // tried again whenever a variant brings in new opinions
     CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION
 } CoTaskKind;

@@ -51,6 +51,7 @@ static uint32_t spec_flags(const CoComposer *c, const CoSpec *spec)
                  : name == n->specializes      ? CO_SITE_SPECIALIZES
                  : name == n->variantSetNames  ? CO_SITE_VARIANT_SETS
                  : name == n->variantSelection ? CO_SITE_SELECTIONS
+                 : name == n->instanceable     ? CO_SITE_INSTANCEABLE
                                                : 0u;
     }
     return flags;

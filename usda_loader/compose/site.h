@@ -15,7 +15,8 @@ enum {
     CO_SITE_SPECIALIZES = 8,
     CO_SITE_VARIANT_SETS = 16,
     CO_SITE_SELECTIONS = 32,
-    CO_SITE_RELOCATED = 64 // the target of a relocate of its stack
+    CO_SITE_RELOCATED = 64, // the target of a relocate of its stack
+    CO_SITE_INSTANCEABLE = 128
 };
 
 typedef struct CoSiteSpec {

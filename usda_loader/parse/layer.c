@@ -153,12 +153,12 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
     return layer;
 }
 
-static bool refuse_binary(const CoMappedFile *file, const char *path, CohortError *err)
+static bool refuse_binary(const void *data, size_t size, const char *path, CohortError *err)
 {
     const char *what = NULL;
-    if (file->size >= 8 && memcmp(file->data, "PXR-USDC", 8) == 0)
+    if (size >= 8 && memcmp(data, "PXR-USDC", 8) == 0)
         what = "a binary crate (.usdc)";
-    else if (file->size >= 4 && memcmp(file->data, "PK\3\4", 4) == 0)
+    else if (size >= 4 && memcmp(data, "PK\3\4", 4) == 0)
         what = "a zip package (.usdz)";
     if (!what)
         return true;
@@ -168,17 +168,40 @@ static bool refuse_binary(const CoMappedFile *file, const char *path, CohortErro
     return false;
 }
 
+// True if the opener has the layer; *out is NULL then when it could not be read.
+static bool open_given(const char *path, const CohortStageOptions *options,
+                       CohortDiagnosticFn *report, void *cookie, CohortError *err, CoLayer **out)
+{
+    CohortBytes bytes = {0};
+    if (!options || !options->open || !options->open(options->open_cookie, path, &bytes))
+        return false;
+    const char *text = bytes.data ? bytes.data : "";
+    if (refuse_binary(text, bytes.size, path, err))
+        *out = co_layer_parse(path, text, bytes.size, options, report, cookie, err);
+    else if (report)
+        report(cookie, COHORT_SEVERITY_ERROR, path, err->line, err->column, "", err->message);
+    if (options->release)
+        options->release(options->open_cookie, &bytes);
+    return true;
+}
+
 CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
                        CohortDiagnosticFn *report, void *cookie, CohortError *err)
 {
     CohortError local = {0};
+    CoLayer *given = NULL;
+    if (open_given(path, options, report, cookie, &local, &given)) {
+        if (err && err->code == COHORT_OK)
+            *err = local;
+        return given;
+    }
     CoMappedFile file;
     char *resolved = realpath(path, NULL);
     const char *name = resolved ? resolved : path;
     CoLayer *layer = NULL;
     bool parsed = false;
     if (co_mapped_file_open(name, &file, &local)) {
-        parsed = refuse_binary(&file, name, &local);
+        parsed = refuse_binary(file.data, file.size, name, &local);
         if (parsed)
             layer = co_layer_parse(name, file.data, file.size, options, report, cookie, &local);
         co_mapped_file_close(&file);

@@ -47,7 +47,7 @@ bool co_asset_locate(CohortStage *stage, const CoSource *source, const CohortStr
     out->resolved = "";
     const char *mark = strstr(out->anchored, "<UDIM>");
     if (*out->anchored &&
-        (mark ? any_tile_exists(out->anchored, mark) : co_asset_exists(out->anchored)))
+        (mark ? any_tile_exists(out->anchored, mark) : co_asset_exists(c, out->anchored)))
         out->resolved = out->anchored;
     return true;
 }

@@ -189,7 +189,7 @@ static const char *template_set(CohortStage *stage, const CohortPrim *prim, cons
         double time = last = start + (double)i * stride;
         if (!expand(text->text, time, path, sizeof path))
             return "its template has no run of # in the file name";
-        if (!co_asset_exists(co_asset_anchor(c, source->file, path)))
+        if (!co_asset_exists(c, co_asset_anchor(c, source->file, path)))
             continue;
         set->times[set->time_count++] = (CoClipTime){time, time, false};
         set->clips[set->clip_count++] =

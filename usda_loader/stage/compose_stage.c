@@ -3,6 +3,7 @@
 
 #include "compose/fields.h"
 #include "compose/list_op.h"
+#include "compose/population.h"
 #include "stage/clips.h"
 #include "stage/share.h"
 
@@ -138,20 +139,7 @@ static void compose_identity(CoPrimData *data, const CoGraph *graph, const CoOrd
 }
 
 // ---- Instances
-// ------------------------------------------------------------------------------------ Marks what
-// comes in by arcs authored at this very prim; true if there is any.
-static bool mark_instanceable(CoGraph *graph, uint32_t node, bool is_below_arc)
-{
-    bool any = false;
-    graph->nodes[node].is_instanceable = is_below_arc;
-    if (is_below_arc && graph->nodes[node].site->spec_count && !graph->nodes[node].is_inert)
-        any = true;
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
-         i = graph->nodes[i].next_sibling)
-        any |= mark_instanceable(graph, i, is_below_arc || co_node_depth_below_arc(graph, i) == 0);
-    return any;
-}
-
+// ------------------------------------------------------------------------------------
 static CoInstanceSlot *find_instance(CohortStage *stage, const uint64_t *key, size_t length,
                                      uint64_t hash)
 {
@@ -182,9 +170,10 @@ static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const Co
                                   const CoOrdered *ordered)
 {
     CoComposer *c = &stage->composer;
-    uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4 + 1, sizeof *key);
+    uint64_t *key = co_composer_array(c, (size_t)ordered->count * 4 + 2, sizeof *key);
     size_t length = 0;
     key[length++] = prim->data->flags & (CO_PRIM_DEFINED | CO_PRIM_ABSTRACT);
+    key[length++] = co_population_key(c, prim->data->path);
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         if (!node->is_instanceable || !node->site->spec_count)
@@ -325,7 +314,7 @@ static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, u
     if (!(data->flags & CO_PRIM_ACTIVE))
         return;
     data->clips = co_clips_compose(stage, prim);
-    if (compose_bool(data, c->names.instanceable, false) && mark_instanceable(graph, 0, false)) {
+    if (co_prim_index_mark_instance(c, graph)) {
         data->flags |= CO_PRIM_INSTANCE;
         CohortPrim *prototype = find_prototype(stage, prim, graph, &ordered);
         data->prototype = prototype;
@@ -387,6 +376,9 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
     for (size_t i = 0; i < names.count; i++) {
         CoArenaMark mark = co_arena_mark(&c->scratch);
         CoGraph child_graph;
+        const CoPath *path = co_path_child(&c->paths, graph->nodes[0].site->path, names.items[i].a);
+        if (!co_population_includes(c, co_composer_need(c, path)))
+            continue;
         co_prim_index_child(c, graph, is_instance, names.items[i].a, &child_graph);
         if (!co_prim_index_is_prohibited(&child_graph)) {
             CohortPrim *child = &prim->children[prim->data->child_count++];

@@ -204,14 +204,20 @@ static void flatten_root(CoFlattener *flat)
     root->kind = CO_SPEC_LAYER;
     root->name = root->type_name = "";
     flat->layer.root = root;
-    const CoSource source = {.file = stage->stack->root, .stack = stage->stack, .scale = 1};
-    const CoSpec *from = stage->stack->root->layer->root;
-    for (size_t i = 0; i < from->field_count; i++) {
-        const char *name = from->fields[i].name;
-        if (name != n->subLayers && name != n->relocates && name != n->primOrder &&
-            name != n->expressionVariables)
-            co_flat_add_field(flat, root, name,
-                              co_flat_value(flat, &from->fields[i].value, &source));
+    const CoLayerFile *files[] = {stage->stack->session, stage->stack->root};
+    for (int k = 0; k < 2; k++) {
+        if (!files[k])
+            continue;
+        const CoSource source = {.file = files[k], .stack = stage->stack, .scale = 1};
+        const CoSpec *from = files[k]->layer->root;
+        for (size_t i = 0; i < from->field_count; i++) {
+            const char *name = from->fields[i].name;
+            if (name != n->subLayers && name != n->relocates && name != n->primOrder &&
+                name != n->expressionVariables && !co_spec_field(root, name) &&
+                !(k == 0 && name == n->defaultPrim))
+                co_flat_add_field(flat, root, name,
+                                  co_flat_value(flat, &from->fields[i].value, &source));
+        }
     }
     flatten_children(flat, root, &stage->root, &flat->paths.root);
 }

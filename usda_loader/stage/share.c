@@ -147,7 +147,9 @@ CoShareKey co_share_key(CohortStage *stage, const CohortPrim *prim, const CoGrap
 {
     CoComposer *c = &stage->composer;
     // Choices from outside speak of single prims; clips find samples by the prim's path.
-    if (graph->count < 2 || c->options.variant_count || prim->data->clips ||
+    const CohortStageOptions *o = &c->options;
+    bool speaks_of_prims = o->variant_count || o->mask.count || o->loads.count || o->unloads.count;
+    if (graph->count < 2 || speaks_of_prims || prim->data->clips ||
         prim->data->flags & CO_PRIM_INSTANCE || !is_silent(c, graph, 0))
         return (CoShareKey){0};
     CoKeyWriter writer = {.c = c, .graph = graph};

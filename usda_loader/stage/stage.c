@@ -1,6 +1,7 @@
 #include "stage/stage_data.h"
 
 #include "compose/fields.h"
+#include "compose/population.h"
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -14,11 +15,19 @@
 static bool open_root(CohortStage *stage, const char *path)
 {
     CoComposer *c = &stage->composer;
-    const char *absolute = co_asset_anchor(c, NULL, path);
-    const CoLayerFile *file = co_composer_layer(c, absolute, c->err);
-    if (!file)
+    if (!co_population_init(c, c->err))
         return false;
-    stage->stack = co_composer_stack(c, file, NULL);
+    const CoLayerFile *root = co_composer_layer(c, co_asset_anchor(c, NULL, path), c->err);
+    if (!root)
+        return false;
+    const CoLayerFile *session = NULL;
+    const char *session_path = c->options.session;
+    if (session_path && *session_path) {
+        session = co_composer_layer(c, co_asset_anchor(c, NULL, session_path), c->err);
+        if (!session)
+            return false;
+    }
+    stage->stack = co_composer_root_stack(c, root, session);
     co_stage_compose(stage);
     return !c->is_strict_failure;
 }
@@ -68,7 +77,12 @@ void cohort_stage_destroy(CohortStage *stage)
 // -------------------------------------------------------------------------------
 static const CoField *stage_field(const CohortStage *stage, const char *name)
 {
-    return co_layer_field(stage->stack->root, co_token(name, strlen(name)));
+    const char *token = co_token(name, strlen(name));
+    const CoStack *stack = stage->stack;
+    // The default prim is the root layer's own.
+    bool asks_session = stack->session && token != stage->composer.names.defaultPrim;
+    const CoField *field = asks_session ? co_layer_field(stack->session, token) : NULL;
+    return field ? field : co_layer_field(stack->root, token);
 }
 
 static const char *stage_text(const CohortStage *stage, const char *name, const char *fallback)
@@ -90,7 +104,17 @@ static uint64_t hash_layers(const CohortStage *stage)
     const CoComposer *c = &stage->composer;
     for (size_t i = 0; i < c->file_count; i++) {
         CoMappedFile file;
-        if (!c->files[i]->layer || !co_mapped_file_open(c->files[i]->path, &file, NULL))
+        CohortBytes bytes = {0};
+        const CohortStageOptions *o = &c->options;
+        if (!c->files[i]->layer)
+            continue;
+        if (o->open && o->open(o->open_cookie, c->files[i]->path, &bytes)) {
+            hash = co_hash_bytes(bytes.data, bytes.size, hash);
+            if (o->release)
+                o->release(o->open_cookie, &bytes);
+            continue;
+        }
+        if (!co_mapped_file_open(c->files[i]->path, &file, NULL))
             continue;
         hash = co_hash_bytes(file.data, file.size, hash);
         co_mapped_file_close(&file);
@@ -106,7 +130,7 @@ void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out)
         .render_settings_prim_path = stage_text(stage, "renderSettingsPrimPath", ""),
         .meters_per_unit = 0.01,
         .frames_per_second = 24,
-        .time_codes_per_second = stage->stack->root->time_codes_per_second,
+        .time_codes_per_second = stage->stack->time_codes_per_second,
         .prim_count = stage->prim_count,
     };
     stage_number(stage, "metersPerUnit", &info.meters_per_unit);

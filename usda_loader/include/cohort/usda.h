@@ -119,20 +119,63 @@ typedef struct CohortVariantChoice {
     const char *prim, *set, *selection;
 } CohortVariantChoice;
 
-// Zero is the default of every field; limits are finite by default, COHORT_NO_LIMIT lifts them.
+// What to select where nothing in the stage does: the first of the choices of a set, in this order,
+// that the prim has.
+typedef struct CohortVariantFallback {
+    const char *set, *selection;
+} CohortVariantFallback;
+
+// A layer's bytes from elsewhere than the file system.
+typedef struct CohortBytes {
+    const void *data; // constant until released
+    size_t size;
+    void *handle; // the opener's own
+} CohortBytes;
+
+// Is asked for every layer before the file system, by its absolute, normalised path. True: *out
+// holds the layer. False: it is none of the opener's. With out NULL it is only asked whether it has
+// the file (then also for textures and the like). Threads: may be called by several at a time.
+typedef bool CohortOpenFn(void *cookie, const char *path, CohortBytes *out);
+
+// Called once for all bytes handed out, as soon as they have been read.
+typedef void CohortReleaseFn(void *cookie, const CohortBytes *bytes);
+
+// Paths of prims or layers.
+typedef struct CohortPaths {
+    const char *const *items;
+    size_t count;
+} CohortPaths;
+
+// Zero is the default of every field; limits are finite by default, COHORT_NO_LIMIT lifts them. All
+// that the options point to is copied while opening, but for the cookies: those of the opener must
+// outlive the stage.
 typedef struct CohortStageOptions {
     uint64_t max_bytes;        // of one layer; 0 = 16 GiB
     uint64_t max_depth;        // prim nesting and value nesting; 0 = 512
     uint64_t max_prims;        // composed; 0 = 100 million
     uint64_t max_layers;       // 0 = 100,000
     uint64_t max_array_length; // elements; 0 = 2^31
-    bool no_payloads;
-    bool strict; // warnings are errors
+    bool no_payloads; // but for those of `loads`
+    bool strict;      // warnings are errors
     const CohortVariantChoice *variants;
     size_t variant_count;
     CohortDiagnosticFn *report; // receives errors and warnings as they are found; may be NULL
     void *cookie;
     uint32_t threads; // that read layers; 0 = as many as the machine has
+    // Payloads by prim: those at, above and below `loads` come in, those at and below `unloads` do
+    // not; where both hold, the longer path decides. Elsewhere no_payloads does.
+    CohortPaths loads, unloads;
+    // Only these prims, what is above them and what is below; none = all. Targets are kept.
+    CohortPaths mask;
+    CohortPaths muted;        // layers (never the root) that are as if they were empty
+    CohortPaths search_paths; // folders for asset paths that begin with neither "/", "./" nor "../"
+                              // and lead nowhere from their layer; the first that has it
+    const char *session;      // a layer stronger than the root layer; NULL or "" = none
+    const CohortVariantFallback *fallbacks;
+    size_t fallback_count;
+    CohortOpenFn *open; // NULL: the file system alone
+    CohortReleaseFn *release; // may be NULL
+    void *open_cookie;
 } CohortStageOptions;
 
 // Opens and composes. Fails only when the root layer cannot be read; missing references and the like
@@ -140,6 +183,20 @@ typedef struct CohortStageOptions {
 CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
                                CohortError *err);
 void cohort_stage_destroy(CohortStage *stage);
+
+// Opens the stage again, with the same options, and finds out what has become different; layers that
+// have not changed on disk are not read again. `stage` stays as it is and is still the caller's; the
+// new stage holds the list of changes. NULL when the root layer cannot be read any more.
+CohortStage *cohort_stage_reload(const CohortStage *stage, CohortError *err);
+
+// What differs from the stage this one was reloaded from, in the order of the namespace.
+typedef struct CohortChange {
+    const char *path;
+    bool is_structural; // the prim has come, gone, or is of another kind, or its children are
+                        // others; else only its properties and metadata have changed
+} CohortChange;
+size_t cohort_stage_change_count(const CohortStage *stage);
+bool cohort_stage_change(const CohortStage *stage, size_t i, CohortChange *out);
 
 // ---- Stage -------------------------------------------------------------------------------------
 typedef struct CohortStageInfo {
