@@ -2,9 +2,12 @@
 
 #include "base/pages.h"
 
+#include <malloc.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static struct {
     atomic_size_t live, peak;
@@ -100,6 +103,19 @@ size_t co_memory_live(CoMemoryTag tag)
 size_t co_memory_peak(CoMemoryTag tag)
 {
     return atomic_load(&tally[tag].peak);
+}
+
+size_t co_memory_resident(void)
+{
+    malloc_trim(0);
+    FILE *f = fopen("/proc/self/statm", "r");
+    size_t total = 0, resident = 0;
+    if (f && fscanf(f, "%zu %zu", &total, &resident) != 2)
+        resident = 0;
+    if (f)
+        fclose(f);
+    long page = sysconf(_SC_PAGESIZE);
+    return page > 0 ? resident * (size_t)page : 0;
 }
 
 const char *co_memory_tag_name(CoMemoryTag tag)

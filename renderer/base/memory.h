@@ -44,6 +44,10 @@ static inline bool co_size_mul(size_t a, size_t b, size_t *out)
 size_t co_memory_live(CoMemoryTag tag); // bytes now
 size_t co_memory_peak(CoMemoryTag tag); // most bytes at any time
 
+// Bytes of memory that the process has resident, after the heap gave back what it can; 0 where the
+// system does not say.
+size_t co_memory_resident(void);
+
 // The name of a tag as it stands in the statistics.
 const char *co_memory_tag_name(CoMemoryTag tag);
 

@@ -50,6 +50,15 @@ static bool lay_out(CoFilm *film)
     return co_size_mul(words, sizeof(uint64_t), &bytes);
 }
 
+uint64_t co_film_bytes(uint32_t width, uint32_t height, uint32_t aovs)
+{
+    uint64_t words = 0;
+    for (int p = 0; p < CO_PLANE_COUNT; p++)
+        if (!planes[p].aov || (aovs & planes[p].aov))
+            words += planes[p].words;
+    return 2 * sizeof(uint64_t) * (words * width * height + CO_FILM_COUNTERS) + sizeof(CoFilm);
+}
+
 static void clear_shown(CoFilm *film)
 {
     memset(film->shown, 0, film->words * sizeof *film->shown);

@@ -18,6 +18,9 @@ CoFilm *co_film_create(uint32_t width, uint32_t height, uint32_t aovs, int unit_
                        CohortError *err);
 void co_film_destroy(CoFilm *film);
 
+// Bytes that such a film takes.
+uint64_t co_film_bytes(uint32_t width, uint32_t height, uint32_t aovs);
+
 // pixel = y * width + x, y from the top. sample = absolute index; its lowest bit picks the half.
 // NaN and infinite values are counted and dropped. Colors beyond S * 2^24, and alphas, normals and
 // albedos beyond 2, are cut there and counted as saturations.

@@ -11,9 +11,6 @@
 
 #define TAG CO_MEMORY_RAYS
 
-// What the program and its libraries take before any scene.
-#define PROCESS_BYTES ((uint64_t)112 << 20)
-
 // Scenes whose geometry and trees fit the caches trace as fast unsorted: sorting is skipped.
 #define SORT_PAYS_BYTES ((uint64_t)24 << 20)
 
@@ -50,36 +47,6 @@ static void fill_defaults(CohortRenderSettings *s)
     s->light_samples = or_default(s->light_samples, 1);
     s->batch = or_default(s->batch, 1u << 22);
     s->aovs |= COHORT_AOV_COLOR;
-}
-
-// Bytes that a ray of the batch costs in memory, lookups aside.
-static size_t bytes_per_ray(const CohortRender *r)
-{
-    return sizeof(float) * 9 + sizeof(float) * 5 + 1 + 2 * sizeof(CoHitRecord) +
-           2 * r->ray_words * sizeof(uint32_t) + 24;
-}
-
-static uint64_t film_bytes(const CohortRender *r)
-{
-    return (uint64_t)r->pixels * 2 * (3 + 1) * 32;
-}
-
-// Brings the batch down until the render fits the memory limit; never below 2^10 rays.
-static bool fit_memory(CohortRender *r, CohortError *err)
-{
-    uint64_t limit = r->settings.memory;
-    if (!limit)
-        return true;
-    const CohortSceneCounts *c = &r->scene->counts;
-    uint64_t fixed = c->geometry_bytes + c->accel_bytes + film_bytes(r) + PROCESS_BYTES;
-    uint64_t least = fixed + (uint64_t)1024 * 8 * bytes_per_ray(r);
-    CO_CHECK(least <= limit, err, COHORT_ERROR_LIMIT,
-             "--memory %llu MB is too little: this scene needs at least %llu MB",
-             (unsigned long long)(limit >> 20), (unsigned long long)((least >> 20) + 1));
-    while (r->settings.batch > 1024 &&
-           fixed + (uint64_t)r->settings.batch * 8 * bytes_per_ray(r) > limit)
-        r->settings.batch /= 2;
-    return true;
 }
 
 static bool alloc_batch(CoActiveBatch *b, size_t n, CohortError *err)
@@ -185,7 +152,7 @@ CohortRender *cohort_render_create(const CohortScene *scene, const CohortRenderS
     r->ray_words = co_ray_words(r->ray_options);
     r->start_seconds = co_clock_seconds();
     choose_sort(r);
-    if (!fit_memory(r, err) || !create_parts(r, err)) {
+    if (!co_render_fit_memory(r, err) || !create_parts(r, err)) {
         cohort_render_destroy(r);
         return NULL;
     }

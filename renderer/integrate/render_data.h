@@ -125,6 +125,10 @@ float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 di
 // MIS weight of emission met by a BSDF ray, or 1 where no light sample competed.
 float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter);
 
+// Brings the batch and what textures may keep down until the render fits settings.memory. False
+// with what it would need where that is not enough.
+bool co_render_fit_memory(CohortRender *render, CohortError *err);
+
 // The stages.
 void co_stage_camera(CohortRender *render, size_t count);
 bool co_stage_trace(CohortRender *render, CohortError *err);

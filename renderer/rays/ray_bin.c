@@ -444,6 +444,8 @@ bool co_ray_bins_drain(CoRayBins *bins, CoRayRecords *out, CohortError *err)
 void co_ray_bins_recycle(CoRayBins *bins, CoRayRecords *records)
 {
     if (records->file) {
+        // What was read leaves the process; the file keeps its pages while there is room for them.
+        madvise((void *)(uintptr_t)records->file->map, bins->file_bytes, MADV_DONTNEED);
         records->file->next = bins->spare;
         bins->spare = records->file;
     }

@@ -38,6 +38,13 @@ uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, Co
 // For checks at commit: number of faces of a Ptex file, 0 for images; triangle or quad mesh type.
 uint32_t co_texture_ptex_faces(const CoTextures *textures, uint32_t texture, bool *is_triangle);
 
+// Bounds, from the next batch on, the decoded texels that may stay resident and the bytes of
+// requests that are kept in core; 0 means what the options say, and 512 MiB. Pixels do not change.
+void co_textures_limit(CoTextures *textures, uint64_t resident_bytes, uint64_t request_bytes);
+
+// Bytes of the largest block, decoded: what a worker holds while it reads.
+uint64_t co_textures_block_bytes(const CoTextures *textures);
+
 // One lookup. The footprint is the parallelogram spanned by (ds0, dt0) and (ds1, dt1) in texture or
 // Ptex face coordinates; all zero = full resolution.
 typedef struct CoLookup {

@@ -21,6 +21,7 @@ CoTextures *co_textures_create(const CoTexturesOptions *options, CohortError *er
     textures->options.converted_folder = NULL;
     if (textures->options.resident_bytes == 0)
         textures->options.resident_bytes = RESIDENT_DEFAULT;
+    textures->resident_limit = textures->options.resident_bytes;
     atomic_init(&textures->request_budget, REQUESTS_IN_CORE);
     if (options->converted_folder) {
         textures->options.converted_folder = co_path_copy(options->converted_folder);
@@ -32,6 +33,25 @@ CoTextures *co_textures_create(const CoTexturesOptions *options, CohortError *er
     return textures;
 }
 
+void co_textures_limit(CoTextures *textures, uint64_t resident_bytes, uint64_t request_bytes)
+{
+    textures->resident_limit = textures->options.resident_bytes;
+    if (resident_bytes && resident_bytes < textures->resident_limit)
+        textures->resident_limit = resident_bytes;
+    // The pools of the last batch hold what they took: they give it back first.
+    for (uint32_t i = 0; i < textures->worker_count; i++)
+        co_request_pool_clear(&textures->pools[i]);
+    size_t budget = REQUESTS_IN_CORE;
+    if (request_bytes && request_bytes < budget)
+        budget = (size_t)request_bytes;
+    atomic_store(&textures->request_budget, budget);
+}
+
+uint64_t co_textures_block_bytes(const CoTextures *textures)
+{
+    return textures->block_bytes;
+}
+
 // Decoded bytes of a Ptex file's blocks: level 0 and its reductions, a third more at most.
 static uint64_t ptex_bytes(const CoPtexFile *file)
 {
@@ -40,6 +60,20 @@ static uint64_t ptex_bytes(const CoPtexFile *file)
         if (!(file->faces[face].flags & CO_PTEX_CONSTANT))
             bytes += co_ptex_block_size(file, file->faces[face].ulog2, file->faces[face].vlog2);
     return file->levels > 1 ? bytes + bytes / 3 : bytes;
+}
+
+static uint64_t largest_block(const CoTextureFile *file)
+{
+    const uint64_t tile = (uint64_t)CO_IMAGE_TILE * CO_IMAGE_TILE * sizeof(float);
+    if (!file->ptex)
+        return tile * file->image->channels;
+    uint64_t most = 0;
+    for (uint32_t f = 0; f < file->ptex->faces_count; f++) {
+        const CoPtexFace *face = &file->ptex->faces[f];
+        uint64_t bytes = co_ptex_block_size(file->ptex, face->ulog2, face->vlog2);
+        most = bytes > most ? bytes : most;
+    }
+    return most;
 }
 
 static uint64_t image_bytes(const CoImageFile *image)
@@ -133,7 +167,7 @@ static bool prepare_workers(CoTextures *textures, CohortError *err)
         CO_CHECK(ok, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     }
     for (uint32_t i = 0; i < textures->worker_count; i++)
-        textures->caches[i].limit = (size_t)(textures->options.resident_bytes / count);
+        textures->caches[i].limit = (size_t)(textures->resident_limit / count);
     return true;
 }
 
@@ -156,7 +190,7 @@ bool co_textures_prepare(CoTextures *textures, CohortError *err)
 {
     if (!prepare_workers(textures, err))
         return false;
-    textures->is_resident = textures->decoded_bytes <= textures->options.resident_bytes;
+    textures->is_resident = textures->decoded_bytes <= textures->resident_limit;
     for (uint32_t i = 0; i < textures->file_count; i++) {
         if (!textures->is_resident)
             drop_resident(textures->files[i]);
@@ -209,6 +243,8 @@ static uint32_t add_file(CoTextures *textures, const char *path, const CoTexture
     file->block_count = file->ptex ? file->ptex->block_count : file->image->tile_count;
     file->decoded_bytes = file->ptex ? ptex_bytes(file->ptex) : image_bytes(file->image);
     textures->decoded_bytes += file->decoded_bytes;
+    uint64_t block = largest_block(file);
+    textures->block_bytes = block > textures->block_bytes ? block : textures->block_bytes;
     textures->files[textures->file_count] = file;
     return textures->file_count++;
 }

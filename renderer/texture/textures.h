@@ -13,10 +13,12 @@ struct CoTextures {
     uint32_t count, capacity;
     CoTextureFile **files;
     uint32_t file_count, file_capacity;
-    uint64_t decoded_bytes; // of all files
-    bool is_resident;       // all of it may stay
-    uint32_t batch;         // number of the last one
-    uint32_t worker_count;  // of the arrays below
+    uint64_t decoded_bytes;  // of all files
+    uint64_t resident_limit; // of those that may stay
+    uint64_t block_bytes;    // of the largest block
+    bool is_resident;        // all of it may stay
+    uint32_t batch;          // number of the last one
+    uint32_t worker_count;   // of the arrays below
     CoReader *readers;
     CoRequestPool *pools;
     CoBlockCache *caches;

@@ -1,12 +1,11 @@
 // The sorted, deferred machinery is real: full batches wait on a stack, rays go to disk and come
 // back, groups share node fetches, and no ray is lost.
 
+#include "support/cgroup.h"
 #include "support/scenes.h"
 
 #include "base/hash.h"
 
-#include <stdio.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -97,17 +96,6 @@ static Outcome render_much(void)
     return outcome;
 }
 
-static bool write_number(const char *folder, const char *file, long long number)
-{
-    char path[600];
-    snprintf(path, sizeof path, "%s/%s", folder, file);
-    FILE *f = fopen(path, "w");
-    if (!f)
-        return false;
-    bool ok = fprintf(f, "%lld\n", number) > 0;
-    return fclose(f) == 0 && ok;
-}
-
 // Renders in a child, which first enters the memory cgroup `folder`, NULL: none. The parent never
 // renders: its threads would not survive a fork.
 static Outcome render_in_child(const char *folder)
@@ -118,7 +106,7 @@ static Outcome render_in_child(const char *folder)
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
-        if (folder && !write_number(folder, "cgroup.procs", (long long)getpid()))
+        if (folder && !test_cgroup_enter(folder))
             _exit(2);
         outcome = render_much();
         _exit(write(ends[1], &outcome, sizeof outcome) == (ssize_t)sizeof outcome ? 0 : 1);
@@ -133,41 +121,17 @@ static Outcome render_in_child(const char *folder)
     return outcome;
 }
 
-// The memory cgroup this process is in (version 1), as a folder. False where there is none.
-static bool own_cgroup(char *folder, size_t size)
-{
-    FILE *f = fopen("/proc/self/cgroup", "r");
-    char line[512];
-    bool found = false;
-    while (f && !found && fgets(line, sizeof line, f)) {
-        char *path = strstr(line, ":memory:");
-        if (!path)
-            continue;
-        path[strcspn(path, "\n")] = 0;
-        snprintf(folder, size, "/sys/fs/cgroup/memory%s", path + 8);
-        found = access(folder, W_OK) == 0;
-    }
-    if (f)
-        fclose(f);
-    return found;
-}
-
 static void rays_that_do_not_fit_go_to_disk_and_back(void **state)
 {
     (void)state;
-    char parent[512], folder[560];
-    if (!own_cgroup(parent, sizeof parent))
+    char folder[600];
+    if (!test_cgroup_make(folder, sizeof folder, LIMIT_BYTES))
         skip();
-    snprintf(folder, sizeof folder, "%s/cohort-test-%ld", parent, (long)getpid());
-    if (mkdir(folder, 0755) != 0)
-        skip();
-    bool is_limited = write_number(folder, "memory.limit_in_bytes", LIMIT_BYTES);
     Outcome free_run = render_in_child(NULL);
-    Outcome tight = is_limited ? render_in_child(folder) : (Outcome){0};
-    for (int i = 0; i < 50 && rmdir(folder) != 0; i++)
-        usleep(20000); // a group empties a moment after its last process has ended
+    Outcome tight = render_in_child(folder);
+    test_cgroup_remove(folder);
     assert_true(free_run.is_done);
-    assert_true(is_limited && tight.is_done);
+    assert_true(tight.is_done);
     assert_true(tight.bytes_read > 0);
     assert_int_equal(tight.hash, free_run.hash);
 }
