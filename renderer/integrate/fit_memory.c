@@ -34,7 +34,8 @@ static uint64_t lookup_bytes_per_ray(const CohortScene *scene)
     return (uint64_t)most * (sizeof(CoLookup) + 4 * sizeof(float) + 336);
 }
 
-// The film, and copies of the pixels for those who ask for them.
+// The film, the host's two copies of the pixels, which may not have been touched yet, and what
+// writing them takes.
 static uint64_t image_bytes(const CohortRender *r)
 {
     const CohortRenderSettings *s = &r->settings;
@@ -43,7 +44,7 @@ static uint64_t image_bytes(const CohortRender *r)
         if (s->aovs & 1u << bit)
             components += cohort_aov_components((CohortAov)(1u << bit));
     return co_film_bytes(s->width, s->height, s->aovs) +
-           2 * sizeof(float) * components * r->pixels;
+           4 * sizeof(float) * components * r->pixels;
 }
 
 static uint64_t bins_bytes(const CohortRender *r)
