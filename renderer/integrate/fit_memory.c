@@ -34,8 +34,7 @@ static uint64_t lookup_bytes_per_ray(const CohortScene *scene)
     return (uint64_t)most * (sizeof(CoLookup) + 4 * sizeof(float) + 336);
 }
 
-// The film, the host's two copies of the pixels, which may not have been touched yet, and what
-// writing them takes.
+// The film, and what resolving and writing the pixels takes; the host has its buffers already.
 static uint64_t image_bytes(const CohortRender *r)
 {
     const CohortRenderSettings *s = &r->settings;
@@ -44,7 +43,7 @@ static uint64_t image_bytes(const CohortRender *r)
         if (s->aovs & 1u << bit)
             components += cohort_aov_components((CohortAov)(1u << bit));
     return co_film_bytes(s->width, s->height, s->aovs) +
-           4 * sizeof(float) * components * r->pixels;
+           2 * sizeof(float) * components * r->pixels;
 }
 
 static uint64_t bins_bytes(const CohortRender *r)
