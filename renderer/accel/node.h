@@ -51,6 +51,7 @@ enum {
 };
 
 typedef struct CoTriLeaf {
+    size_t point_count;
     const uint8_t *corner[3];
     size_t base[3]; // of the points that corners count from; 0 in packed leaves
     const uint32_t *tri;
@@ -73,6 +74,7 @@ static inline CoTriLeaf co_leaf_open(const unsigned char *bytes, size_t n)
 {
     CoTriLeaf leaf = {.base = {0, 0, 0}};
     size_t points = bytes[0];
+    leaf.point_count = points;
     leaf.corner[0] = bytes + 1;
     leaf.corner[1] = leaf.corner[0] + n;
     leaf.corner[2] = leaf.corner[1] + n;

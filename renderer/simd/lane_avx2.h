@@ -40,6 +40,10 @@ static inline CoLane co_lane_div(CoLane a, CoLane b)
 {
     return _mm256_div_ps(a, b);
 }
+static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
+{
+    return _mm256_fmadd_ps(a, b, c);
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return _mm256_min_ps(a, b);

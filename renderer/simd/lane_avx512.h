@@ -41,6 +41,10 @@ static inline CoLane co_lane_div(CoLane a, CoLane b)
 {
     return _mm256_div_ps(a, b);
 }
+static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
+{
+    return _mm256_fmadd_ps(a, b, c);
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return _mm256_min_ps(a, b);
@@ -95,6 +99,86 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);
     return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
+}
+
+enum {
+    CO_WIDE_WIDTH = 16
+};
+typedef __m512 CoWide;
+typedef __mmask16 CoWideMask;
+
+static inline CoWide co_wide_load(const float *p)
+{
+    return _mm512_loadu_ps(p);
+}
+static inline void co_wide_store(float *p, CoWide a)
+{
+    _mm512_storeu_ps(p, a);
+}
+static inline CoWide co_wide_set1(float a)
+{
+    return _mm512_set1_ps(a);
+}
+static inline CoWide co_wide_add(CoWide a, CoWide b)
+{
+    return _mm512_add_ps(a, b);
+}
+static inline CoWide co_wide_sub(CoWide a, CoWide b)
+{
+    return _mm512_sub_ps(a, b);
+}
+static inline CoWide co_wide_mul(CoWide a, CoWide b)
+{
+    return _mm512_mul_ps(a, b);
+}
+static inline CoWide co_wide_div(CoWide a, CoWide b)
+{
+    return _mm512_div_ps(a, b);
+}
+static inline CoWide co_wide_min(CoWide a, CoWide b)
+{
+    return _mm512_min_ps(a, b);
+}
+static inline CoWide co_wide_max(CoWide a, CoWide b)
+{
+    return _mm512_max_ps(a, b);
+}
+static inline CoWide co_wide_muladd(CoWide a, CoWide b, CoWide c)
+{
+    return _mm512_fmadd_ps(a, b, c);
+}
+static inline CoWide co_wide_abs(CoWide a)
+{
+    return _mm512_andnot_ps(_mm512_set1_ps(-0.0f), a);
+}
+static inline CoWide co_wide_copysign(CoWide a, CoWide b)
+{
+    __m512 sign = _mm512_set1_ps(-0.0f);
+    return _mm512_or_ps(_mm512_andnot_ps(sign, a), _mm512_and_ps(sign, b));
+}
+static inline CoWideMask co_wide_lt(CoWide a, CoWide b)
+{
+    return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+}
+static inline CoWideMask co_wide_le(CoWide a, CoWide b)
+{
+    return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ);
+}
+static inline CoWideMask co_wide_ne(CoWide a, CoWide b)
+{
+    return _mm512_cmp_ps_mask(a, b, _CMP_NEQ_UQ);
+}
+static inline CoWideMask co_wide_and(CoWideMask a, CoWideMask b)
+{
+    return (__mmask16)(a & b);
+}
+static inline CoWide co_wide_select(CoWideMask m, CoWide a, CoWide b)
+{
+    return _mm512_mask_blend_ps(m, b, a);
+}
+static inline uint32_t co_wide_bits(CoWideMask m)
+{
+    return m;
 }
 
 #endif

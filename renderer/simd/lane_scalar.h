@@ -39,6 +39,11 @@ static inline CoLane co_lane_div(CoLane a, CoLane b)
 {
     return a / b;
 }
+// a * b + c, with one rounding or two.
+static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
+{
+    return a * b + c;
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return a < b ? a : b;

@@ -40,6 +40,10 @@ static inline CoLane co_lane_div(CoLane a, CoLane b)
 {
     return _mm_div_ps(a, b);
 }
+static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
+{
+    return _mm_add_ps(_mm_mul_ps(a, b), c);
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return _mm_min_ps(a, b);

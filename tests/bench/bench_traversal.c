@@ -95,6 +95,7 @@ typedef struct Trace {
     const CoRayBatch *rays;
     const uint8_t *occlusion; // NULL: closest hits
     CoHitBatch *hits;
+    CoTraverseStats *stats; // of ours, on one thread; may be NULL
 } Trace;
 
 static void trace_range(void *context, size_t begin, size_t end, uint32_t worker)
@@ -108,7 +109,8 @@ static void trace_range(void *context, size_t begin, size_t end, uint32_t worker
                            trace->hits, begin, end);
     else
         trace->bench->kernels->traverse(&trace->bench->scene.accel, trace->rays, trace->occlusion,
-                                        trace->hits, begin, end, c->grouped, &stats);
+                                        trace->hits, begin, end, c->grouped,
+                                        trace->stats ? trace->stats : &stats);
 }
 
 static double trace_seconds(const Trace *trace)
@@ -233,8 +235,11 @@ static void check_hits(Bench *bench, const char *name, const CoRayBatch *rays,
     some.count = rays->count < 1 << 17 ? rays->count : 1 << 17;
     size_t wrong = 0, far = 0;
     const CoAccelKernels *own = bench->kernels;
-    Trace trace = {bench, &(Contender){.grouped = true}, &some, occlusion, &bench->hits};
+    CoTraverseStats stats = {0};
+    Trace trace = {bench, &(Contender){.grouped = false}, &some, occlusion, &bench->hits, NULL};
+    trace.stats = bench->threads == 1 ? &stats : NULL;
     trace_seconds(&trace);
+    trace.stats = NULL;
     trace.hits = &bench->checked;
     for (int k = 0; k < 8; k++) {
         bench->kernels = co_accel_kernels(isas[k / 2]);
@@ -254,6 +259,11 @@ static void check_hits(Bench *bench, const char *name, const CoRayBatch *rays,
     }
     fprintf(stderr, "%s %s %s: %zu rays; %zu hits differ between kernels, %zu from Embree's\n",
             bench->scene.name, name, bench->isa, some.count, wrong, far);
+    if (stats.groups)
+        fprintf(stderr, "  per ray: %.2f top nodes, %.2f bottom nodes, %.2f triangles\n",
+                (double)stats.top_nodes_single / (double)stats.groups,
+                (double)stats.bottom_nodes / (double)stats.groups,
+                (double)stats.triangles / (double)stats.groups);
     bench->is_wrong = bench->is_wrong || wrong > 0 || far > some.count / 1000;
 }
 
@@ -393,7 +403,7 @@ static void measure_sorted_total(Bench *bench)
         for (int c = 1; c < n && round >= 0; c++)
             for (size_t i = 0; i < rays->count; i += capacity) {
                 CoRayBatch part = slice(rays, i, capacity);
-                Trace trace = {bench, &contenders[c], &part, NULL, &bench->hits};
+                Trace trace = {bench, &contenders[c], &part, NULL, &bench->hits, NULL};
                 contenders[c].seconds[round] += trace_seconds(&trace);
             }
     }

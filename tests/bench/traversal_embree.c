@@ -43,8 +43,15 @@ static void add_mesh(BenchEmbree *embree, const CoMesh *mesh, const CoAffine *to
             co_vec3_store(points + 3 * i,
                           co_affine_point(to_world, co_vec3_load(mesh->points + 3 * i)));
     }
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices,
-                               0, 12, mesh->tri_count);
+    uint32_t *indices = NULL;
+    if (mesh->indices)
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   mesh->indices, 0, 12, mesh->tri_count);
+    else
+        indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
+                                          mesh->tri_count);
+    for (uint32_t i = 0; indices && i < mesh->tri_count; i++)
+        co_mesh_triangle(mesh, i, indices + 3 * (size_t)i);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(embree->scene, geometry);
     rtcReleaseGeometry(geometry);

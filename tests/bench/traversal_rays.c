@@ -91,11 +91,12 @@ static CoVec3 surface(const BenchScene *scene, const CoRayBatch *rays, const CoH
     CoPlacement placement;
     co_accel_placement(&scene->accel, hits->instance[i], &placement);
     const CoMesh *mesh = scene->accel.objects[placement.object].mesh;
+    uint32_t points[3];
     CoVec3 corner[3];
+    co_mesh_triangle(mesh, hits->tri[i], points);
     for (size_t c = 0; c < 3; c++)
-        corner[c] = co_affine_point(
-            &placement.to_world,
-            co_vec3_load(mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)hits->tri[i] + c]));
+        corner[c] = co_affine_point(&placement.to_world,
+                                    co_vec3_load(mesh->points + 3 * (size_t)points[c]));
     CoVec3 n = co_cross(co_sub(corner[1], corner[0]), co_sub(corner[2], corner[0]));
     n = co_normalize(co_dot(n, n) > 0.0f ? n : direction(rays, i));
     *normal = co_dot(n, direction(rays, i)) > 0.0f ? co_neg(n) : n;

@@ -28,7 +28,9 @@ bool bench_scene_load(const char *path, BenchScene *out, char *why, size_t why_s
     for (uint32_t i = 0; i < scene->accel.object_count; i++) {
         const CoMesh *mesh = scene->accel.objects[i].mesh;
         out->own_triangles += mesh ? mesh->tri_count : 0;
-        out->mesh_bytes += mesh ? 12 * ((size_t)mesh->point_count + mesh->tri_count) : 0;
+        if (mesh)
+            out->mesh_bytes +=
+                12 * ((size_t)mesh->point_count + (mesh->indices ? mesh->tri_count : 0));
     }
     for (uint64_t i = 0; i < out->path_count; i++) {
         CoPlacement placement;

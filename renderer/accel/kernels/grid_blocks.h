@@ -25,7 +25,7 @@ static inline void block_point(GridBlock *block, const float *points, uint32_t t
 }
 
 // Offers what the ray pierces of the block's triangles.
-static inline bool trace_block(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+static inline bool trace_block(Group *group, Rays *rays, uint32_t j, const Shear *shear,
                                const GridBlock *block, uint32_t path)
 {
     CoTriLeaf leaf;
@@ -40,11 +40,10 @@ static inline bool trace_block(Group *group, const Rays *rays, uint32_t j, const
     uint32_t pierced = pierce_triangles(&leaf, shear, CO_LEAF_WIDTH, &hits) & block->valid;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
-        if ((hits.unsure >> i & 1u) && !pierce_exactly(&leaf, shear, i, &hits))
+        if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, shear, i, &hits))
             continue;
-        float t = hits.t[i];
-        if (clamp_hit(&leaf, rays, j, i, &t) &&
-            offer_hit(group, rays->slot[j], t, &hits, path, i, block->tri[i]))
+        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, block->tri[i]};
+        if (clamp_hit(&leaf, rays, j, i, &hit.t) && offer_hit(group, rays, j, &hit))
             return true;
     }
     return false;
@@ -83,7 +82,7 @@ static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, 
 }
 
 // The 2 x 2 squares from (i, j) on of a patch; of a patch that is one square, that.
-static inline bool trace_squares(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+static inline bool trace_squares(Group *group, Rays *rays, uint32_t j, const Shear *shear,
                                  const CoBvh *bvh, uint32_t patch, const uint32_t at[2],
                                  uint32_t path)
 {
@@ -108,7 +107,7 @@ static inline bool trace_squares(Group *group, const Rays *rays, uint32_t j, con
 
 // Patches of level 0. Point k of patch q is at 4 k + q; lanes are the first triangles of all, then
 // the second.
-static inline bool trace_list(Group *group, const Rays *rays, uint32_t j, const Shear *shear,
+static inline bool trace_list(Group *group, Rays *rays, uint32_t j, const Shear *shear,
                               const CoBvh *bvh, const uint32_t *list, uint32_t count, uint32_t path)
 {
     GridBlock block = {.point_count = 16,
@@ -144,8 +143,8 @@ static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const 
                 co_lane_add(origin, co_lane_mul(co_lane_load_bytes(near_bytes), step));
             CoLane far_plane =
                 co_lane_add(origin, co_lane_mul(co_lane_load_bytes(far_bytes), step));
-            near_plane = co_lane_mul(co_lane_sub(near_plane, slab->near_org[k]), slab->inv[k]);
-            far_plane = co_lane_mul(co_lane_sub(far_plane, slab->far_org[k]), slab->inv[k]);
+            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
+            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
             near = co_lane_max(near_plane, near);
             far = co_lane_min(far_plane, far);
         }
@@ -155,15 +154,14 @@ static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const 
     return bits & ((1u << blocks) - 1u);
 }
 
-static inline bool trace_tile(Group *group, const Rays *rays, uint32_t j, const Slab *slab,
+static inline bool trace_tile(Group *group, Rays *rays, uint32_t j, const Slab *slab,
                               const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
 {
     const CoGridLeaf *leaf =
         (const void *)(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT);
     float entry[CO_TILE_BLOCKS];
-    uint32_t slot = rays->slot[j], side = ref >> CO_REF_COUNT_SHIFT & 7u;
-    float from = float_max(group->tnear[slot], rays->entry[j]);
-    float to = float_min(rays->exit[j], group->best_t[slot]);
+    uint32_t side = ref >> CO_REF_COUNT_SHIFT & 7u;
+    float from = rays->from[j], to = rays->to[j];
     uint32_t bits = 1;
     entry[0] = from;
     if (side) {
@@ -177,7 +175,7 @@ static inline bool trace_tile(Group *group, const Rays *rays, uint32_t j, const 
             nearest = entry[i] < entry[nearest] ? i : nearest;
         }
         bits &= ~(1u << nearest);
-        if (!(entry[nearest] <= group->best_t[slot]))
+        if (!(entry[nearest] <= rays->to[j]))
             return false;
         uint32_t at[2] = {leaf->i + 2 * (nearest & ((1u << side) - 1u)),
                           leaf->j + 2 * (nearest >> side)};
@@ -188,7 +186,7 @@ static inline bool trace_tile(Group *group, const Rays *rays, uint32_t j, const 
 }
 
 // Returns true when the ray needs no more.
-static bool trace_grid_leaf(Group *group, const Rays *rays, uint32_t j, const Slab *slab,
+static bool trace_grid_leaf(Group *group, Rays *rays, uint32_t j, const Slab *slab,
                             const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
 {
     const uint32_t origin[2] = {0, 0};

@@ -4,7 +4,9 @@
 // against (near planes) or along (far planes) the direction by a padding that covers the rounding
 // of the triangle test, of the instance transforms and of the slab arithmetic itself (see
 // rays_prepare). Both roundings are monotone in the plane, so a box inside another never starts
-// before it or ends after it: no tree can cull what the triangle's own box lets pass.
+// before it or ends after it: no tree can cull what the triangle's own box lets pass. Nodes are
+// tested with fewer operations, plane * inv + c, and a little more padding: a node's slab contains
+// the canonical slabs of all boxes within it.
 
 #ifndef CO_ACCEL_KERNELS_RAYS_H
 #define CO_ACCEL_KERNELS_RAYS_H
@@ -13,25 +15,38 @@
 #include "simd/lane.h"
 
 enum {
-    CO_GROUP_RAYS = 64
+    CO_GROUP_RAYS = 64,
+    CO_RAYS_ROOM = CO_GROUP_RAYS + 16 // whole vectors are stored behind the last ray
 };
+
+#define INFINITE __builtin_inff()
 
 // What a ray in object space may be off by, in group space, in units of its origin's largest
 // coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
 #define CO_TRANSFORM_SLACK 0x1p-18f
 
 typedef struct Rays {
-    float org[3][CO_GROUP_RAYS], dir[3][CO_GROUP_RAYS];
-    float inv[3][CO_GROUP_RAYS]; // 1 / dir, finite and never 0
-    float near_org[3][CO_GROUP_RAYS], far_org[3][CO_GROUP_RAYS];
-    float entry[CO_GROUP_RAYS], exit[CO_GROUP_RAYS]; // of the instances' boxes on the way here
-    uint8_t slot[CO_GROUP_RAYS];                     // which ray of the group
+    _Alignas(64) float org[3][CO_RAYS_ROOM];
+    float dir[3][CO_RAYS_ROOM];
+    float inv[3][CO_RAYS_ROOM];                            // 1 / dir, finite and never 0
+    float near_c[3][CO_RAYS_ROOM], far_c[3][CO_RAYS_ROOM]; // of a node's slabs
+    float pad[CO_RAYS_ROOM];                               // of the canonical slabs
+    float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM];      // of the instances' boxes on the way here
+    float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];         // where hits may lie, as far as is known
+    float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM]; // see triangle.h
+    uint32_t major[CO_RAYS_ROOM];                       // axis of the largest direction component
+    uint8_t slot[CO_GROUP_RAYS];                        // which ray of the group
+    uint8_t outer[CO_GROUP_RAYS]; // its place among the rays it was taken from
+    uint64_t negative[3];         // rays whose direction is, by axis
+    uint64_t along[3];            // rays by major axis
+    uint64_t huge; // rays for which a node's slabs may overflow: children are to be looked at
+    uint64_t done; // rays that need no more
     uint32_t count;
 } Rays;
 
 // One ray's slab constants, one value in all lanes.
 typedef struct Slab {
-    CoLane inv[3], near_org[3], far_org[3];
+    CoLane inv[3], near_c[3], far_c[3];
     uint32_t near_row[3]; // rows of CoWideNode.planes; the far one is near_row ^ 1
 } Slab;
 
@@ -40,15 +55,15 @@ static inline Slab slab_load(const Rays *rays, uint32_t j)
     Slab slab;
     for (uint32_t k = 0; k < 3; k++) {
         slab.inv[k] = co_lane_set1(rays->inv[k][j]);
-        slab.near_org[k] = co_lane_set1(rays->near_org[k][j]);
-        slab.far_org[k] = co_lane_set1(rays->far_org[k][j]);
-        slab.near_row[k] = 2 * k + (rays->inv[k][j] < 0.0f);
+        slab.near_c[k] = co_lane_set1(rays->near_c[k][j]);
+        slab.far_c[k] = co_lane_set1(rays->far_c[k][j]);
+        slab.near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
     }
     return slab;
 }
 
 // Tests the 8 children of a node over [from, to]. Returns one bit per child that is entered and
-// where.
+// where. What is not a number does not cull.
 static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLane from, CoLane to,
                                  float entry[CO_NODE_WIDTH])
 {
@@ -58,14 +73,23 @@ static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLan
         for (int k = 0; k < 3; k++) {
             CoLane near_plane = co_lane_load(node->planes[slab->near_row[k]] + i);
             CoLane far_plane = co_lane_load(node->planes[slab->near_row[k] ^ 1u] + i);
-            near_plane = co_lane_mul(co_lane_sub(near_plane, slab->near_org[k]), slab->inv[k]);
-            far_plane = co_lane_mul(co_lane_sub(far_plane, slab->far_org[k]), slab->inv[k]);
+            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
+            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
             near = co_lane_max(near_plane, near);
             far = co_lane_min(far_plane, far);
         }
         co_lane_store(entry + i, near);
         bits |= co_lane_bits(co_lane_le(near, far)) << i;
     }
+    return bits;
+}
+
+// Children that are there.
+static inline uint32_t present_children(const CoWideNode *node)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < CO_NODE_WIDTH; i++)
+        bits |= (uint32_t)(node->child[i] != CO_REF_NONE) << i;
     return bits;
 }
 
@@ -79,41 +103,48 @@ static inline float float_max(float a, float b)
     return a > b ? a : b;
 }
 
-// Narrows [*from, *to] to a single box by the same arithmetic. False when nothing is left.
+// How far the canonical slabs move the origin along axis k.
+static inline float slab_shift(const Rays *rays, uint32_t j, int k)
+{
+    float own = __builtin_fabsf(rays->org[k][j]) * 0x1p-23f;
+    return __builtin_copysignf(rays->pad[j] + own, rays->dir[k][j]);
+}
+
+// Narrows [*from, *to] to a single box by the canonical arithmetic. False when nothing is left.
 static inline bool slab_box(const Rays *rays, uint32_t j, const float lo[3], const float hi[3],
                             float *from, float *to)
 {
     float near = *from, far = *to;
     for (int k = 0; k < 3; k++) {
-        float inv = rays->inv[k][j];
+        float inv = rays->inv[k][j], org = rays->org[k][j], shift = slab_shift(rays, j, k);
         float near_plane = inv < 0.0f ? hi[k] : lo[k], far_plane = inv < 0.0f ? lo[k] : hi[k];
-        near = float_max((near_plane - rays->near_org[k][j]) * inv, near);
-        far = float_min((far_plane - rays->far_org[k][j]) * inv, far);
+        near = float_max((near_plane - (org + shift)) * inv, near);
+        far = float_min((far_plane - (org - shift)) * inv, far);
     }
     *from = near;
     *to = far;
     return near <= far;
 }
 
-// Repeats the last ray so that whole vectors can be worked on.
+// Repeats the last ray so that whole vectors can be worked on: one vector's worth behind it, which
+// stored at once can be loaded at once.
 static inline void rays_pad(Rays *rays)
 {
-    for (uint32_t j = rays->count; j % CO_LANE_WIDTH != 0; j++) {
-        for (int k = 0; k < 3; k++) {
-            rays->org[k][j] = rays->org[k][j - 1];
-            rays->dir[k][j] = rays->dir[k][j - 1];
-        }
-        rays->exit[j] = rays->exit[j - 1];
+    uint32_t last = rays->count - 1;
+    if (rays->count % CO_WIDE_WIDTH == 0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        co_wide_store(rays->org[k] + last, co_wide_set1(rays->org[k][last]));
+        co_wide_store(rays->dir[k] + last, co_wide_set1(rays->dir[k][last]));
     }
+    co_wide_store(rays->exit + last, co_wide_set1(rays->exit[last]));
+    co_wide_store(rays->to + last, co_wide_set1(rays->to[last]));
+    co_wide_store(rays->from + last, co_wide_set1(rays->from[last]));
 }
 
 // Takes rays into an instance's space: org and dir, the latter not normalised, so that t is shared.
 static inline void rays_transform(Rays *rays, const CoAffine *to_object)
 {
-    CoLane m[3][4];
-    for (int r = 0; r < 3; r++)
-        for (int k = 0; k < 4; k++)
-            m[r][k] = co_lane_set1(to_object->m[r][k]);
     for (uint32_t j = 0; j < rays->count; j += CO_LANE_WIDTH) {
         CoLane org[3], dir[3];
         for (int k = 0; k < 3; k++) {
@@ -121,28 +152,80 @@ static inline void rays_transform(Rays *rays, const CoAffine *to_object)
             dir[k] = co_lane_load(rays->dir[k] + j);
         }
         for (int r = 0; r < 3; r++) {
+            CoLane m[4];
+            for (int k = 0; k < 4; k++)
+                m[k] = co_lane_set1(to_object->m[r][k]);
             CoLane p =
-                co_lane_add(co_lane_add(co_lane_mul(m[r][0], org[0]), co_lane_mul(m[r][1], org[1])),
-                            co_lane_mul(m[r][2], org[2]));
+                co_lane_add(co_lane_add(co_lane_mul(m[0], org[0]), co_lane_mul(m[1], org[1])),
+                            co_lane_mul(m[2], org[2]));
             CoLane d =
-                co_lane_add(co_lane_add(co_lane_mul(m[r][0], dir[0]), co_lane_mul(m[r][1], dir[1])),
-                            co_lane_mul(m[r][2], dir[2]));
-            co_lane_store(rays->org[r] + j, co_lane_add(p, m[r][3]));
+                co_lane_add(co_lane_add(co_lane_mul(m[0], dir[0]), co_lane_mul(m[1], dir[1])),
+                            co_lane_mul(m[2], dir[2]));
+            co_lane_store(rays->org[r] + j, co_lane_add(p, m[3]));
             co_lane_store(rays->dir[r] + j, d);
         }
     }
 }
 
-// Derives the slab constants for what lies in `box`. The padding is, in units of the largest
-// distance D from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D
-// + 4 D units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the
-// origin's coordinate, so that adding it is never lost. `relative` adds what the transforms of
-// instances below may be off by, in units of D and of the origin. Directions below 1e-18 of the
-// largest component are taken as that: the padding keeps planes far enough that such a ray still
-// passes all boxes which it touches.
+// Constants of one axis, from the padding of the canonical slabs and the distance D that it comes
+// from. A node's plane * inv + c is off by at most 4 units of 2^-24 of the origin's coordinate and
+// 6 of D, each times inv, if the product is rounded: 8 of both are added. What may overflow becomes
+// NaN, which never culls; returns those lanes.
+static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoLane org, CoLane d, CoLane pad,
+                                    CoLane distance)
+{
+    CoLane size = co_lane_abs(org), inv = co_lane_div(co_lane_set1(1.0f), d);
+    CoLane shift = co_lane_add(pad, co_lane_mul(size, co_lane_set1(0x1p-23f)));
+    CoLane reach = co_lane_add(distance, size);
+    shift = co_lane_add(shift, co_lane_mul(reach, co_lane_set1(0x1p-21f)));
+    shift = co_lane_copysign(shift, d);
+    CoLane minus = co_lane_sub(co_lane_set1(0.0f), inv);
+    CoLane near_c = co_lane_mul(co_lane_add(org, shift), minus);
+    CoLane far_c = co_lane_mul(co_lane_sub(org, shift), minus);
+    CoLaneMask is_safe = co_lane_lt(co_lane_mul(reach, co_lane_abs(inv)), co_lane_set1(0x1p125f));
+    CoLane nan = co_lane_set1(__builtin_nanf(""));
+    co_lane_store(rays->inv[k] + j, inv);
+    co_lane_store(rays->near_c[k] + j, co_lane_select(is_safe, near_c, nan));
+    co_lane_store(rays->far_c[k] + j, co_lane_select(is_safe, far_c, nan));
+    rays->negative[k] |= (uint64_t)co_lane_bits(co_lane_lt(d, co_lane_set1(0.0f))) << j;
+    return ~co_lane_bits(is_safe) & ((1u << CO_LANE_WIDTH) - 1u);
+}
+
+// Slopes of the ray along its major axis, by what the triangle test calls x and y.
+static inline void prepare_shear(Rays *rays, uint32_t j, const CoLane dir[3])
+{
+    CoLane ax = co_lane_abs(dir[0]), ay = co_lane_abs(dir[1]), az = co_lane_abs(dir[2]);
+    CoLaneMask x_over_y = co_lane_lt(ay, ax), y_over_z = co_lane_lt(az, ay);
+    CoLaneMask x_first = co_lane_and(x_over_y, co_lane_lt(az, ax));
+    uint32_t is_x = co_lane_bits(x_first);
+    uint32_t is_y = co_lane_bits(y_over_z) & ~co_lane_bits(x_over_y);
+    CoLane z = co_lane_select(y_over_z, dir[1], dir[2]);
+    CoLane x = co_lane_select(y_over_z, dir[2], dir[0]);
+    CoLane y = co_lane_select(y_over_z, dir[0], dir[1]);
+    z = co_lane_select(x_first, dir[0], z);
+    x = co_lane_select(x_first, dir[1], x);
+    y = co_lane_select(x_first, dir[2], y);
+    co_lane_store(rays->shear_x + j, co_lane_div(x, z));
+    co_lane_store(rays->shear_y + j, co_lane_div(y, z));
+    for (uint32_t i = 0; i < CO_LANE_WIDTH; i++)
+        rays->major[j + i] = is_x >> i & 1u ? 0 : is_y >> i & 1u ? 1 : 2;
+    rays->along[0] |= (uint64_t)is_x << j;
+    rays->along[1] |= (uint64_t)is_y << j;
+}
+
+// Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
+// from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
+// units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
+// coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
+// below may be off by, in units of D and of the origin. Directions below 1e-18 of the largest
+// component are taken as that: the padding keeps planes far enough that such a ray still passes all
+// boxes which it touches.
 static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
 {
     CoLane base = co_lane_set1(0x1p-20f + relative), from_org = co_lane_set1(relative);
+    for (int k = 0; k < 3; k++)
+        rays->negative[k] = rays->along[k] = 0;
+    rays->huge = rays->done = 0;
     for (uint32_t j = 0; j < rays->count; j += CO_LANE_WIDTH) {
         CoLane org[3], dir[3], distance = co_lane_set1(0.0f);
         CoLane largest_org = distance, largest_dir = distance;
@@ -162,19 +245,20 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
         distance = co_lane_min(distance, co_lane_set1(3e38f));
         CoLane pad = co_lane_add(co_lane_mul(distance, base), co_lane_mul(largest_org, from_org));
         CoLane tiny = co_lane_mul(largest_dir, co_lane_set1(1e-18f));
+        co_lane_store(rays->pad + j, pad);
+        uint32_t huge = 0;
         for (int k = 0; k < 3; k++) {
             CoLaneMask is_tiny = co_lane_lt(co_lane_abs(dir[k]), tiny);
             CoLane d = co_lane_select(is_tiny, co_lane_copysign(tiny, dir[k]), dir[k]);
-            CoLane own = co_lane_mul(co_lane_abs(org[k]), co_lane_set1(0x1p-23f));
-            CoLane shift = co_lane_copysign(co_lane_add(pad, own), dir[k]);
-            co_lane_store(rays->inv[k] + j, co_lane_div(co_lane_set1(1.0f), d));
-            co_lane_store(rays->near_org[k] + j, co_lane_add(org[k], shift));
-            co_lane_store(rays->far_org[k] + j, co_lane_sub(org[k], shift));
+            huge |= prepare_axis(rays, k, j, org[k], d, pad, distance);
         }
-        CoLane exit = co_lane_load(rays->exit + j);
-        exit = co_lane_select(is_fit, exit, co_lane_set1(-__builtin_inff()));
-        co_lane_store(rays->exit + j, exit);
+        rays->huge |= (uint64_t)huge << j;
+        prepare_shear(rays, j, dir);
+        CoLane unfit = co_lane_set1(-INFINITE);
+        co_lane_store(rays->exit + j, co_lane_select(is_fit, co_lane_load(rays->exit + j), unfit));
+        co_lane_store(rays->to + j, co_lane_select(is_fit, co_lane_load(rays->to + j), unfit));
     }
+    rays->along[2] = ~(rays->along[0] | rays->along[1]);
 }
 
 #endif

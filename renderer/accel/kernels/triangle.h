@@ -21,17 +21,15 @@ typedef struct Shear {
 
 static inline Shear shear_of(const Rays *rays, uint32_t j)
 {
-    float d[3] = {rays->dir[0][j], rays->dir[1][j], rays->dir[2][j]};
-    float ax = __builtin_fabsf(d[0]), ay = __builtin_fabsf(d[1]), az = __builtin_fabsf(d[2]);
     Shear shear;
-    shear.z = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
+    shear.z = rays->major[j];
     shear.x = shear.z == 2 ? 0 : shear.z + 1;
     shear.y = shear.x == 2 ? 0 : shear.x + 1;
     shear.org[0] = rays->org[shear.x][j];
     shear.org[1] = rays->org[shear.y][j];
     shear.org[2] = rays->org[shear.z][j];
-    shear.sx = d[shear.x] / d[shear.z];
-    shear.sy = d[shear.y] / d[shear.z];
+    shear.sx = rays->shear_x[j];
+    shear.sy = rays->shear_y[j];
     shear.sz = rays->inv[shear.z][j];
     return shear;
 }
@@ -76,12 +74,10 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shea
             int p = (c + 2) % 3, q = (c + 1) % 3;
             edge[c] = co_lane_sub(co_lane_mul(x[p], y[q]), co_lane_mul(y[p], x[q]));
         }
-        uint32_t negative = co_lane_bits(
-            co_lane_or(co_lane_or(co_lane_lt(edge[0], zero), co_lane_lt(edge[1], zero)),
-                       co_lane_lt(edge[2], zero)));
-        uint32_t positive = co_lane_bits(
-            co_lane_or(co_lane_or(co_lane_lt(zero, edge[0]), co_lane_lt(zero, edge[1])),
-                       co_lane_lt(zero, edge[2])));
+        CoLane least = co_lane_min(co_lane_min(edge[0], edge[1]), edge[2]);
+        CoLane most = co_lane_max(co_lane_max(edge[0], edge[1]), edge[2]);
+        uint32_t negative = co_lane_bits(co_lane_lt(least, zero));
+        uint32_t positive = co_lane_bits(co_lane_lt(zero, most));
         uint32_t bits = ~(negative & positive) & ((1u << CO_LANE_WIDTH) - 1u);
         bits &= (1u << (count - i < CO_LEAF_WIDTH ? count - i : CO_LEAF_WIDTH)) - 1u;
         if (!bits)
@@ -107,32 +103,41 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shea
     return pierced;
 }
 
-// The same for one triangle in double, from the float sheared points. False when it is missed or
+// The same for one triangle in double, from its float sheared corners. False when it is missed or
 // has no area along the ray.
-static inline bool pierce_exactly(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                                  LeafHits *hits)
+static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, float *u, float *v)
 {
-    double x[3], y[3], z[3], edge[3];
-    for (int c = 0; c < 3; c++) {
-        size_t point = leaf->base[c] + leaf->corner[c][i];
-        x[c] = (double)hits->x[point];
-        y[c] = (double)hits->y[point];
-        z[c] = (double)hits->z[point];
-    }
+    const float *x = corner[0], *y = corner[1], *z = corner[2];
+    double edge[3];
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
-        edge[c] = x[p] * y[q] - y[p] * x[q];
+        edge[c] = (double)x[p] * (double)y[q] - (double)y[p] * (double)x[q];
     }
     bool is_negative = edge[0] < 0.0 || edge[1] < 0.0 || edge[2] < 0.0;
     bool is_positive = edge[0] > 0.0 || edge[1] > 0.0 || edge[2] > 0.0;
     double det = edge[0] + edge[1] + edge[2];
     if ((is_negative && is_positive) || !(__builtin_fabs(det) > 0.0))
         return false;
-    double t = (edge[0] / det) * z[0] + (edge[1] / det) * z[1] + (edge[2] / det) * z[2];
-    hits->t[i] = (float)(t * (double)shear->sz);
-    hits->u[i] = (float)(edge[1] / det);
-    hits->v[i] = (float)(edge[2] / det);
+    double sum = (edge[0] / det) * (double)z[0] + (edge[1] / det) * (double)z[1] +
+                 (edge[2] / det) * (double)z[2];
+    *t = (float)(sum * (double)sz);
+    *u = (float)(edge[1] / det);
+    *v = (float)(edge[2] / det);
     return true;
+}
+
+static inline bool pierce_lane(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
+                               LeafHits *hits)
+{
+    float corner[3][3];
+    for (int c = 0; c < 3; c++) {
+        size_t point = leaf->base[c] + leaf->corner[c][i];
+        corner[0][c] = hits->x[point];
+        corner[1][c] = hits->y[point];
+        corner[2][c] = hits->z[point];
+    }
+    return pierce_exactly((const float(*)[3])corner, shear->sz, &hits->t[i], &hits->u[i],
+                          &hits->v[i]);
 }
 
 // Clamps t into the triangle's own box and the boxes of the instances on the way. False when the

@@ -1,0 +1,181 @@
+// Many rays at once: the active ones of a group against the children of a node and the triangles of
+// a leaf, CO_WIDE_WIDTH rays to a vector. The arithmetic of each ray is that of rays.h and
+// triangle.h.
+//
+// Source: Tsakok 2009; Eisenacher et al. 2013, 3.1. The active rays are a 64-bit mask; vectors
+// without an active ray are skipped.
+
+#ifndef CO_ACCEL_KERNELS_STREAM_H
+#define CO_ACCEL_KERNELS_STREAM_H
+
+#include "accel/kernels/triangle.h"
+
+#define WIDE_MASK ((uint64_t)(CO_WIDE_WIDTH == 64 ? ~0ull : (1ull << CO_WIDE_WIDTH) - 1u))
+
+// What became of a node: who enters each child, and where.
+typedef struct StreamNode {
+    uint64_t active[CO_NODE_WIDTH];
+    _Alignas(64) float entry[CO_NODE_WIDTH][CO_GROUP_RAYS]; // of rays that enter
+} StreamNode;
+
+// Rows of CoWideNode.planes that rays enter by, all of them having the same signs.
+typedef struct StreamRows {
+    uint32_t near[3];
+} StreamRows;
+
+static inline StreamRows stream_rows(const Rays *rays, uint32_t j)
+{
+    StreamRows rows;
+    for (uint32_t k = 0; k < 3; k++)
+        rows.near[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
+    return rows;
+}
+
+// Rays of `active` whose direction has the signs of ray j's.
+static inline uint64_t same_signs(const Rays *rays, uint64_t active, uint32_t j)
+{
+    for (int k = 0; k < 3; k++)
+        active &= rays->negative[k] >> j & 1u ? rays->negative[k] : ~rays->negative[k];
+    return active;
+}
+
+// Vectors [*first, 64) that hold an active ray, in turn: advances to the next. False when none is
+// left.
+static inline bool next_vector(uint64_t active, uint32_t *first)
+{
+    if (*first >= CO_GROUP_RAYS || active >> *first == 0)
+        return false;
+    *first += (uint32_t)__builtin_ctzll(active >> *first) & ~(uint32_t)(CO_WIDE_WIDTH - 1);
+    return true;
+}
+
+static inline void stream_node(const CoWideNode *node, const Rays *rays, const StreamRows *rows,
+                               uint64_t active, StreamNode *out)
+{
+    for (int i = 0; i < CO_NODE_WIDTH; i++)
+        out->active[i] = 0;
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
+        CoWide inv[3], near_c[3], far_c[3];
+        CoWide from = co_wide_load(rays->from + j), to = co_wide_load(rays->to + j);
+        for (int k = 0; k < 3; k++) {
+            inv[k] = co_wide_load(rays->inv[k] + j);
+            near_c[k] = co_wide_load(rays->near_c[k] + j);
+            far_c[k] = co_wide_load(rays->far_c[k] + j);
+        }
+        for (int i = 0; i < CO_NODE_WIDTH; i++) {
+            CoWide near = from, far = to;
+            for (int k = 0; k < 3; k++) {
+                CoWide near_plane = co_wide_set1(node->planes[rows->near[k]][i]);
+                CoWide far_plane = co_wide_set1(node->planes[rows->near[k] ^ 1u][i]);
+                near = co_wide_max(co_wide_muladd(near_plane, inv[k], near_c[k]), near);
+                far = co_wide_min(co_wide_muladd(far_plane, inv[k], far_c[k]), far);
+            }
+            uint64_t bits = co_wide_bits(co_wide_le(near, far));
+            co_wide_store(out->entry[i] + j, near);
+            out->active[i] |= (bits << j) & active;
+        }
+    }
+}
+
+// Rays of `active` that still enter child i of a node.
+static inline uint64_t stream_child(const CoWideNode *node, uint32_t i, const Rays *rays,
+                                    const StreamRows *rows, uint64_t active)
+{
+    uint64_t left = 0;
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
+        CoWide near = co_wide_load(rays->from + j), far = co_wide_load(rays->to + j);
+        for (int k = 0; k < 3; k++) {
+            CoWide inv = co_wide_load(rays->inv[k] + j);
+            CoWide near_plane = co_wide_set1(node->planes[rows->near[k]][i]);
+            CoWide far_plane = co_wide_set1(node->planes[rows->near[k] ^ 1u][i]);
+            near_plane = co_wide_muladd(near_plane, inv, co_wide_load(rays->near_c[k] + j));
+            far_plane = co_wide_muladd(far_plane, inv, co_wide_load(rays->far_c[k] + j));
+            near = co_wide_max(near_plane, near);
+            far = co_wide_min(far_plane, far);
+        }
+        left |= (uint64_t)co_wide_bits(co_wide_le(near, far)) << j;
+    }
+    return left & active;
+}
+
+// A leaf's points along CO_WIDE_WIDTH rays with the same major axis.
+typedef struct StreamPoints {
+    _Alignas(64) float x[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
+    float y[CO_LEAF_WIDTH][CO_WIDE_WIDTH], z[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
+} StreamPoints;
+
+static inline void stream_points(const CoTriLeaf *leaf, const Rays *rays, uint32_t axis, uint32_t j,
+                                 StreamPoints *out)
+{
+    uint32_t x = axis == 2 ? 0 : axis + 1, y = x == 2 ? 0 : x + 1;
+    CoWide org_x = co_wide_load(rays->org[x] + j), org_y = co_wide_load(rays->org[y] + j);
+    CoWide org_z = co_wide_load(rays->org[axis] + j);
+    CoWide sx = co_wide_load(rays->shear_x + j), sy = co_wide_load(rays->shear_y + j);
+    for (size_t i = 0; i < leaf->point_count; i++) {
+        CoWide pz = co_wide_sub(co_wide_set1(leaf->points[axis][i]), org_z);
+        CoWide px = co_wide_sub(co_wide_set1(leaf->points[x][i]), org_x);
+        CoWide py = co_wide_sub(co_wide_set1(leaf->points[y][i]), org_y);
+        co_wide_store(out->x[i], co_wide_sub(px, co_wide_mul(sx, pz)));
+        co_wide_store(out->y[i], co_wide_sub(py, co_wide_mul(sy, pz)));
+        co_wide_store(out->z[i], pz);
+    }
+}
+
+// What the vector found of one triangle.
+typedef struct StreamHits {
+    _Alignas(64) float t[CO_WIDE_WIDTH], u[CO_WIDE_WIDTH], v[CO_WIDE_WIDTH];
+    uint32_t unsure;
+} StreamHits;
+
+// Rays whose line pierces triangle i or may; fills *out for them.
+static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
+                                     CoWide sz, uint32_t active, StreamHits *out)
+{
+    const CoWide zero = co_wide_set1(0.0f);
+    uint32_t corner[3] = {leaf->corner[0][i], leaf->corner[1][i], leaf->corner[2][i]};
+    CoWide x[3], y[3], edge[3];
+    for (int c = 0; c < 3; c++) {
+        x[c] = co_wide_load(points->x[corner[c]]);
+        y[c] = co_wide_load(points->y[corner[c]]);
+    }
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        edge[c] = co_wide_sub(co_wide_mul(x[p], y[q]), co_wide_mul(y[p], x[q]));
+    }
+    CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
+    CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
+    uint32_t bits = ~(co_wide_bits(co_wide_lt(least, zero)) & co_wide_bits(co_wide_lt(zero, most)));
+    bits &= active;
+    if (!bits)
+        return 0;
+    CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]), size = co_wide_abs(det);
+    CoWideMask sure =
+        co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
+    CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero;
+    for (int c = 0; c < 3; c++) {
+        sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
+        edge[c] = co_wide_mul(edge[c], inv);
+        t = co_wide_add(t, co_wide_mul(edge[c], co_wide_load(points->z[corner[c]])));
+    }
+    co_wide_store(out->t, co_wide_mul(t, sz));
+    co_wide_store(out->u, edge[1]);
+    co_wide_store(out->v, edge[2]);
+    out->unsure = bits & ~co_wide_bits(sure);
+    return bits;
+}
+
+// Decides by doubles whether ray `lane` of the vector hits triangle i.
+static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
+                                      float sz, uint32_t lane, StreamHits *hits)
+{
+    float corner[3][3];
+    for (int c = 0; c < 3; c++) {
+        corner[0][c] = points->x[leaf->corner[c][i]][lane];
+        corner[1][c] = points->y[leaf->corner[c][i]][lane];
+        corner[2][c] = points->z[leaf->corner[c][i]][lane];
+    }
+    return pierce_exactly((const float(*)[3])corner, sz, &hits->t[lane], &hits->u[lane],
+                          &hits->v[lane]);
+}
+
+#endif
