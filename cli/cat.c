@@ -3,6 +3,7 @@
 #include "cli.h"
 #include "messages.h"
 #include "options.h"
+#include "stage_options.h"
 
 #include "cohort/usda.h"
 
@@ -21,9 +22,12 @@ int command_cat(int argc, char **argv)
 {
     const char *out = NULL;
     bool is_flat = false, wants_help = false;
+    StageOptions which = {0};
     const Option table[] = {
         {"output", 'o', OPTION_TEXT, &out, 0, 0, "FILE", NULL, "write there, not to standard output"},
-        {"flatten", 0, OPTION_FLAG, &is_flat, 0, 0, NULL, NULL, "compose the stage first"},
+        {"flatten", 0, OPTION_FLAG, &is_flat, 0, 0, NULL, NULL,
+         "compose the stage first; what follows speaks of that"},
+        STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     enum { COUNT = sizeof table / sizeof table[0] };
@@ -40,6 +44,7 @@ int command_cat(int argc, char **argv)
     CohortError err = {0};
     Messages messages = {0};
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};
+    stage_options_apply(&which, &options);
     bool ok = is_flat ? flatten(argv[first], out, &options, &err)
                       : cohort_layer_cat(argv[first], out, &options, &err);
     messages_end(&messages, &err);

@@ -3,6 +3,7 @@
 #include "check.h"
 #include "cli.h"
 #include "options.h"
+#include "stage_options.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -107,10 +108,11 @@ static void check_stage(Check *check)
     check_below(check, root);
 }
 
-static int check_path(const char *path, bool is_json)
+static int check_path(const char *path, bool is_json, StageOptions *which)
 {
     Check check = {.is_json = is_json};
     CohortStageOptions options = {.report = report, .cookie = &check};
+    stage_options_apply(which, &options);
     CohortError err = {0};
     if (is_json)
         printf("{\"findings\": [");
@@ -130,8 +132,10 @@ static int check_path(const char *path, bool is_json)
 int command_check(int argc, char **argv)
 {
     bool is_json = false, wants_help = false;
+    StageOptions which = {0};
     const Option table[] = {
         {"json", 0, OPTION_FLAG, &is_json, 0, 0, NULL, NULL, "print one JSON object"},
+        STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     enum {
@@ -149,5 +153,5 @@ int command_check(int argc, char **argv)
     }
     if (argc - first != 1)
         return usage_error("check", "expected one stage, got %d", argc - first);
-    return check_path(argv[first], is_json);
+    return check_path(argv[first], is_json, &which);
 }

@@ -80,13 +80,14 @@ static bool check_variants(const RenderRun *run, CohortError *err)
 
 static bool open_stage(RenderRun *run, CohortError *err)
 {
-    const RenderOptions *o = &run->options;
+    RenderOptions *o = &run->options;
     CohortAdapterOptions options = {.camera = o->camera,
                                     .render_settings = o->settings_prim,
                                     .width = o->width,
                                     .height = o->height,
                                     .env = o->env,
                                     .headlight = o->headlight};
+    stage_options_apply(&o->part, &options.stage);
     options.stage.variants = o->variant_list;
     options.stage.variant_count = o->variants.count;
     options.stage.report = messages_report;

@@ -6,6 +6,7 @@
 #include "frames.h"
 #include "messages.h"
 #include "options.h"
+#include "stage_options.h"
 #include "output.h"
 #include "progress.h"
 
@@ -20,6 +21,7 @@ typedef struct RenderOptions {
     double time_limit, noise;
     bool headlight, hide_lights, resume, is_quiet, is_verbose, default_time, texture_level0,
         list_cameras;
+    StageOptions part;
     CohortVariantChoice variant_list[OPTION_LIST_MAX];
     char variant_text[OPTION_LIST_MAX][512];
     uint32_t width, height;

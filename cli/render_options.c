@@ -72,6 +72,7 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"size", 0, OPTION_TEXT, &o->size, 0, 0, "WxH", NULL, "pixels"},
         {"render-settings", 0, OPTION_TEXT, &o->settings_prim, 0, 0, "PATH", NULL, "RenderSettings prim (default: the stage's)"},
         {"variant", 0, OPTION_LIST, &o->variants, 0, 0, "/PRIM{SET=SELECTION}", NULL, "select a variant; may be given again"},
+        STAGE_OPTION_ROWS(o->part),
         {"level", 0, OPTION_INT, &o->level, 0, 8, "N", NULL, "subdivision level (default 2)"},
         {"env", 0, OPTION_TEXT, &o->env, 0, 0, "FILE|sky", NULL, "add a dome light: an image, or a built-in sky"},
         {"headlight", 0, OPTION_FLAG, &o->headlight, 0, 0, NULL, NULL, "add a light at the camera"},

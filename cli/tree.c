@@ -3,6 +3,7 @@
 #include "cli.h"
 #include "messages.h"
 #include "options.h"
+#include "stage_options.h"
 
 #include "cohort/usda.h"
 
@@ -71,11 +72,12 @@ static int print_composition(const CohortStage *stage, const char *path)
 int command_tree(int argc, char **argv)
 {
     const char *path = NULL;
-    bool wants_help = false, no_payloads = false;
+    bool wants_help = false;
+    StageOptions which = {0};
     const Option table[] = {
         {"composition", 0, OPTION_TEXT, &path, 0, 0, "PRIM", NULL,
          "show which layer and arc each opinion on a prim comes from"},
-        {"no-payloads", 0, OPTION_FLAG, &no_payloads, 0, 0, NULL, NULL, "leave payloads out"},
+        STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     enum {
@@ -94,8 +96,8 @@ int command_tree(int argc, char **argv)
         return usage_error("tree", "expected one stage, got %d", argc - first);
     CohortError err = {0};
     Messages messages = {0};
-    CohortStageOptions options = {
-        .report = messages_report, .cookie = &messages, .no_payloads = no_payloads};
+    CohortStageOptions options = {.report = messages_report, .cookie = &messages};
+    stage_options_apply(&which, &options);
     CohortStage *stage = cohort_stage_open(argv[first], &options, &err);
     messages_end(&messages, &err);
     if (!stage)

@@ -41,5 +41,12 @@ expect 1 '"prim": "/M.x"' check --json "$data/unsound.usda"
 expect 0 'no upAxis' check "$data/liverps.usda"
 expect 3 'error' check "$data/absent.usda"
 expect 2 'expected one stage' check
+expect 0 '^  T2 ' tree --mask /World/T2 "$data/instances.usda"
+expect 0 'def "T2"' cat --flatten --mask /World/T2 "$data/instances.usda"
+expect 3 'mask path "World"' tree --mask World "$data/instances.usda"
+expect 3 'absent.usda' tree --session "$data/absent.usda" "$data/instances.usda"
+expect 0 '^P' tree --mute "$data/liverps_ref.usda" --no-payloads --load /P "$data/liverps.usda"
+expect 0 'is muted' tree --mute "$data/liverps_ref.usda" "$data/liverps.usda"
+expect 0 '^P' tree --unload /P --search-path "$data" "$data/liverps.usda"
 
 [ "$failures" -eq 0 ] || exit 1

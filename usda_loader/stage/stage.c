@@ -98,10 +98,21 @@ static bool stage_number(const CohortStage *stage, const char *name, double *out
     return field && co_value_double(&field->value, out);
 }
 
+// What was left out counts as well: it makes another stage of the same layers.
+static uint64_t hash_options(const CohortStageOptions *o)
+{
+    const CohortPaths *lists[] = {&o->mask, &o->loads, &o->unloads, &o->muted};
+    uint64_t hash = 0;
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+        for (size_t j = 0; j < lists[i]->count; j++)
+            hash = co_hash_bytes(lists[i]->items[j], strlen(lists[i]->items[j]) + 1, hash + i + 1);
+    return hash + o->no_payloads;
+}
+
 static uint64_t hash_layers(const CohortStage *stage)
 {
-    uint64_t hash = 0;
     const CoComposer *c = &stage->composer;
+    uint64_t hash = hash_options(&c->options);
     for (size_t i = 0; i < c->file_count; i++) {
         CoMappedFile file;
         CohortBytes bytes = {0};

@@ -1,0 +1,40 @@
+#include "stage_options.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static CohortPaths paths_of(const OptionList *list)
+{
+    return (CohortPaths){list->items, list->count};
+}
+
+static void add_environment(StageOptions *o)
+{
+    const char *text = getenv("PXR_AR_DEFAULT_SEARCH_PATH");
+    if (!text || strlen(text) >= sizeof o->environment)
+        return;
+    snprintf(o->environment, sizeof o->environment, "%s", text);
+    char *at = o->environment;
+    while (*at && o->search_paths.count < OPTION_LIST_MAX) {
+        char *end = at + strcspn(at, ":");
+        bool is_last = !*end;
+        *end = 0;
+        if (end > at)
+            o->search_paths.items[o->search_paths.count++] = at;
+        at = is_last ? end : end + 1;
+    }
+}
+
+void stage_options_apply(StageOptions *o, CohortStageOptions *out)
+{
+    add_environment(o);
+    out->mask = paths_of(&o->masks);
+    out->muted = paths_of(&o->mutes);
+    out->loads = paths_of(&o->loads);
+    out->unloads = paths_of(&o->unloads);
+    out->search_paths = paths_of(&o->search_paths);
+    out->session = o->session;
+    // To ask for some payloads is to leave out the others.
+    out->no_payloads = o->no_payloads || o->loads.count;
+}
