@@ -199,7 +199,8 @@ static bool make_workers(Build *build)
             .prims = build->prims->prims, .rule = build->rule, .scale = build->scale};
         worker->nodes = co_alloc(TAG, 2 * most * sizeof *worker->nodes);
         worker->moved = co_alloc(TAG, most * sizeof *worker->moved);
-        is_done = worker->nodes && worker->moved;
+        worker->leaves = co_alloc(TAG, most * build->rule->prim_bytes);
+        is_done = worker->nodes && worker->moved && (worker->leaves || !build->rule->prim_bytes);
     }
     return is_done;
 }
@@ -209,6 +210,7 @@ static void free_workers(Build *build)
     for (size_t i = 0; build->workers && i < build->worker_count; i++) {
         co_free(TAG, build->workers[i].nodes, 2 * build->largest * sizeof(CoBinaryNode));
         co_free(TAG, build->workers[i].moved, build->largest * sizeof(CoBuildPrim));
+        co_free(TAG, build->workers[i].leaves, build->largest * build->rule->prim_bytes);
     }
     co_free(TAG, build->workers, build->worker_count * sizeof *build->workers);
     build->workers = NULL;

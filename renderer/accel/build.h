@@ -22,17 +22,21 @@ typedef struct CoBuildPrim {
     uint32_t unused;
 } CoBuildPrim;
 
-// What leaves look like. Both functions are called from any thread.
+// What leaves look like. Its functions are called from any thread.
 typedef struct CoLeafRule {
     // True when these may be one leaf, which must hold for a single one; *bytes is its size then, a
-    // multiple of CO_LEAF_UNIT, and 0 where leaves are only references.
+    // multiple of CO_LEAF_UNIT, and 0 where leaves are only references. Each of these is written as
+    // a leaf later.
     bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes);
-    // Writes a leaf of that size to `out` and gives its reference, less its place, which the
-    // builder adds.
+    // Writes a leaf to `out`, says its size again and gives its reference, less its place, which
+    // the builder adds.
     uint32_t (*emit)(const void *context, const CoBuildPrim *prims, size_t count,
-                     unsigned char *out);
+                     unsigned char *out, size_t *bytes);
+    // Of these there will soon be leaves: a hint, NULL if it is of no use.
+    void (*approach)(const void *context, const CoBuildPrim *prims, size_t count);
     const void *context;
-    size_t most; // prims of a leaf
+    size_t most;       // prims of a leaf
+    size_t prim_bytes; // most bytes of a leaf by its prims
 } CoLeafRule;
 
 // A tree and its leaves. There are CO_LEAF_TAIL bytes of zero behind the last leaf.

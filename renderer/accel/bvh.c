@@ -1,78 +1,78 @@
 #include "accel/build.h"
 
 #include "accel/grid_leaf.h"
+#include "accel/lanes4.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 
 #include <string.h>
 
-// Collects the distinct points of triangles; false when there are more than a leaf holds.
-static bool distinct_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count,
-                            uint32_t points[CO_LEAF_WIDTH], size_t *point_count)
-{
-    *point_count = 0;
-    uint32_t tri[3];
-    for (size_t i = 0; i < 3 * count; i++) {
-        if (i % 3 == 0)
-            co_mesh_triangle(mesh, prims[i / 3].id, tri);
-        uint32_t point = tri[i % 3];
-        size_t j = 0;
-        while (j < *point_count && points[j] != point)
-            j++;
-        if (j < *point_count)
-            continue;
-        if (j == CO_LEAF_WIDTH)
-            return false;
-        points[(*point_count)++] = point;
-    }
-    return true;
-}
+// A leaf of one triangle; those of more take less for each.
+enum {
+    LEAF_PRIM_BYTES = 48
+};
 
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
-{
+// The triangles of a leaf and the distinct points they share.
+typedef struct Corners {
     uint32_t points[CO_LEAF_WIDTH];
+    uint8_t corner[3][CO_LEAF_WIDTH]; // into points
     size_t point_count;
-    bool fits = distinct_points(context, prims, count, points, &point_count);
-    *bytes = fits ? co_leaf_size(count, point_count) : 0;
-    return fits;
-}
+} Corners;
 
-static uint8_t find_point(const uint32_t *points, uint32_t point)
+// False when there are more points than a leaf holds.
+static bool share_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count, Corners *out)
 {
-    uint8_t j = 0;
-    while (points[j] != point)
-        j++;
-    return j;
-}
-
-static void pack_leaf(unsigned char *bytes, const CoMesh *mesh, const CoBuildPrim *prims,
-                      size_t count, const uint32_t *points, size_t point_count)
-{
-    bytes[0] = (unsigned char)point_count;
-    unsigned char *corner = bytes + 1;
+    Co8 points = co8_set1(UINT32_MAX); // no point has this index
+    uint32_t point_count = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, prims[i].id, tri);
-        for (size_t c = 0; c < 3; c++)
-            corner[c * count + i] = find_point(points, tri[c]);
+        for (size_t c = 0; c < 3; c++) {
+            uint32_t same = co8_equal(&points, tri[c]);
+            if (!same && point_count == CO_LEAF_WIDTH)
+                return false;
+            if (!same)
+                co8_put(&points, point_count, tri[c]);
+            out->corner[c][i] = (uint8_t)(same ? (uint32_t)__builtin_ctz(same) : point_count++);
+        }
     }
-    bytes += co_leaf_tri_offset(count);
-    for (size_t i = 0; i < count; i++, bytes += sizeof(uint32_t))
-        memcpy(bytes, &prims[i].id, sizeof(uint32_t));
-    for (size_t k = 0; k < 3; k++)
-        for (size_t j = 0; j < point_count; j++, bytes += sizeof(float))
-            memcpy(bytes, &mesh->points[3 * (size_t)points[j] + k], sizeof(float));
+    co8_store(out->points, &points);
+    out->point_count = point_count;
+    return true;
+}
+
+// Asks for the points too, which are wanted when the leaf is written.
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+{
+    const CoMesh *mesh = context;
+    Corners corners;
+    if (!share_points(mesh, prims, count, &corners))
+        return false;
+    for (size_t j = 0; j < corners.point_count; j++)
+        __builtin_prefetch(mesh->points + 3 * (size_t)corners.points[j]);
+    *bytes = co_leaf_size(count, corners.point_count);
+    return true;
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out)
+                          unsigned char *out, size_t *bytes)
 {
-    uint32_t points[CO_LEAF_WIDTH];
-    size_t point_count;
-    distinct_points(context, prims, count, points, &point_count);
-    memset(out, 0, co_leaf_size(count, point_count));
-    pack_leaf(out, context, prims, count, points, point_count);
+    const CoMesh *mesh = context;
+    Corners corners;
+    share_points(mesh, prims, count, &corners);
+    *bytes = co_leaf_size(count, corners.point_count);
+    memset(out, 0, *bytes);
+    out[0] = (unsigned char)corners.point_count;
+    for (size_t c = 0; c < 3; c++)
+        memcpy(out + 1 + c * count, corners.corner[c], count);
+    out += co_leaf_tri_offset(count);
+    for (size_t i = 0; i < count; i++, out += sizeof(uint32_t))
+        memcpy(out, &prims[i].id, sizeof(uint32_t));
+    for (size_t j = 0; j < corners.point_count; j++, out += sizeof(float))
+        for (size_t k = 0; k < 3; k++)
+            memcpy(out + k * corners.point_count * sizeof(float),
+                   &mesh->points[3 * (size_t)corners.points[j] + k], sizeof(float));
     return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
 }
 
@@ -87,6 +87,13 @@ static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
         co_box_extend(&box, p, p);
     }
     return box;
+}
+
+static void approach(const void *context, const CoBuildPrim *prims, size_t count)
+{
+    const CoMesh *mesh = context;
+    for (size_t i = 0; i < count; i++)
+        __builtin_prefetch(mesh->indices + 3 * (size_t)prims[i].id);
 }
 
 typedef struct PrimFill {
@@ -125,7 +132,7 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
 {
     CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a mesh of more than 2^31 - 2 triangles; split the mesh");
-    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, CO_LEAF_WIDTH};
+    CoLeafRule rule = {leaf_fits, emit_leaf, approach, mesh, CO_LEAF_WIDTH, LEAF_PRIM_BYTES};
     CoPrimArray prims = {.count = mesh->tri_count};
     if (mesh->patches) {
         rule = co_grid_rule(mesh);

@@ -2,6 +2,10 @@
 
 #include <string.h>
 
+// Of a tile of 16 blocks.
+#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 6 * CO_TILE_BLOCKS + 8)
+_Static_assert(LEAF_BYTES_MAX % CO_LEAF_UNIT == 0, "leaves are whole units");
+
 // What a tree of patches is built over: patches, above level 3 tiles of them. A tile has as many
 // triangles as any other, so its number says the patch.
 typedef struct Tile {
@@ -150,10 +154,11 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out)
+                          unsigned char *out, size_t *bytes)
 {
     const CoMesh *mesh = context;
     uint32_t bits = (uint32_t)(count - 1);
+    leaf_fits(context, prims, count, bytes);
     if (mesh->patches->level == 1)
         return CO_REF_LEAF | prims[0].id;
     if (mesh->patches->level == 0) {
@@ -169,7 +174,9 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 
 CoLeafRule co_grid_rule(const CoMesh *mesh)
 {
-    CoLeafRule rule = {leaf_fits, emit_leaf, mesh, mesh->patches->level == 0 ? CO_LIST_PATCHES : 1};
+    CoLeafRule rule = {leaf_fits, emit_leaf, NULL, mesh, 1, LEAF_BYTES_MAX};
+    if (mesh->patches->level == 0)
+        rule.most = CO_LIST_PATCHES;
     return rule;
 }
 

@@ -55,6 +55,42 @@ static inline Co4 co4_mul(Co4 a, Co4 b)
     return _mm_mul_ps(a, b);
 }
 
+// Eight numbers, in registers: what is stored alone cannot be loaded together at once.
+typedef struct Co8 {
+    __m128i half[2];
+} Co8;
+
+static inline Co8 co8_set1(uint32_t a)
+{
+    Co8 r = {{_mm_set1_epi32((int)a), _mm_set1_epi32((int)a)}};
+    return r;
+}
+
+static inline void co8_store(uint32_t out[8], const Co8 *a)
+{
+    memcpy(out, a, sizeof *a);
+}
+
+// One bit for each that is x.
+static inline uint32_t co8_equal(const Co8 *a, uint32_t x)
+{
+    __m128i all = _mm_set1_epi32((int)x);
+    int lo = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(a->half[0], all)));
+    int hi = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(a->half[1], all)));
+    return (uint32_t)lo | (uint32_t)hi << 4;
+}
+
+static inline void co8_put(Co8 *a, uint32_t at, uint32_t x)
+{
+    __m128i place = _mm_set1_epi32((int)at), all = _mm_set1_epi32((int)x);
+    for (int i = 0; i < 2; i++) {
+        __m128i is_there =
+            _mm_cmpeq_epi32(place, _mm_add_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(4 * i)));
+        a->half[i] =
+            _mm_or_si128(_mm_andnot_si128(is_there, a->half[i]), _mm_and_si128(is_there, all));
+    }
+}
+
 // Toward zero; the values must fit.
 static inline void co4_truncate(Co4 a, int32_t out[4])
 {
@@ -126,6 +162,36 @@ static inline Co4 co4_sub(Co4 a, Co4 b)
 static inline Co4 co4_mul(Co4 a, Co4 b)
 {
     CO4_LANES(a.f[i] * b.f[i]);
+}
+
+typedef struct Co8 {
+    uint32_t u[8];
+} Co8;
+
+static inline Co8 co8_set1(uint32_t a)
+{
+    Co8 r;
+    for (int i = 0; i < 8; i++)
+        r.u[i] = a;
+    return r;
+}
+
+static inline void co8_store(uint32_t out[8], const Co8 *a)
+{
+    memcpy(out, a, sizeof *a);
+}
+
+static inline uint32_t co8_equal(const Co8 *a, uint32_t x)
+{
+    uint32_t bits = 0;
+    for (int i = 0; i < 8; i++)
+        bits |= (uint32_t)(a->u[i] == x) << i;
+    return bits;
+}
+
+static inline void co8_put(Co8 *a, uint32_t at, uint32_t x)
+{
+    a->u[at] = x;
 }
 
 static inline void co4_truncate(Co4 a, int32_t out[4])

@@ -2,9 +2,15 @@
 
 #include "base/memory.h"
 
+#include <string.h>
+
 // Costs of a walk relative to each other: testing a node's 8 boxes, testing a leaf's triangles.
 #define NODE_COST 1.0f
 #define LEAF_COST 1.2f
+
+enum {
+    NEAR = 64 // ranges of this size are leaves soon
+};
 
 // The cheapest way to share j children between two subtrees.
 static float share_children(const CoBinaryNode *left, const CoBinaryNode *right, int j,
@@ -93,6 +99,20 @@ void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref)
     node->child[i] = ref;
 }
 
+// A leaf is written when the next one is found, by when the memory it asked for has arrived.
+static void write_pending(CoSubtree *s)
+{
+    if (s->pending == 0)
+        return;
+    CoBinaryNode *node = &s->nodes[s->pending - 1];
+    size_t bytes = 0, place = s->leaf_bytes / CO_LEAF_UNIT;
+    node->leaf = s->rule->emit(s->rule->context, s->prims + node->first, node->count,
+                               s->leaves + s->leaf_bytes, &bytes);
+    node->leaf += (uint32_t)place;
+    s->leaf_bytes += bytes;
+    s->pending = 0;
+}
+
 static uint32_t grow(CoSubtree *s, const CoRange *range)
 {
     uint32_t index = (uint32_t)s->node_count++;
@@ -104,69 +124,55 @@ static uint32_t grow(CoSubtree *s, const CoRange *range)
     node->right = 0;
     if (range->count <= s->rule->most &&
         s->rule->fits(s->rule->context, s->prims + range->first, range->count, &bytes)) {
-        s->leaf_bytes += bytes;
+        write_pending(s);
+        s->pending = index + 1;
         co_plan_node(node, NULL, NULL, s->scale);
         return index;
     }
     CoRange halves[2];
     co_split_range(s->prims, range, s->moved, halves);
+    for (int i = 0; i < 2 && s->rule->approach; i++)
+        if (range->count > NEAR && halves[i].count <= NEAR)
+            s->rule->approach(s->rule->context, s->prims + halves[i].first, halves[i].count);
     uint32_t left = grow(s, &halves[0]);
     node->right = grow(s, &halves[1]);
     co_plan_node(node, &s->nodes[left], &s->nodes[node->right], s->scale);
     return index;
 }
 
-typedef struct Writer {
-    const CoSubtree *subtree;
-    CoWideNode *nodes;
-    unsigned char *leaves;
-    size_t node_count, leaf_bytes;
-} Writer;
-
-static uint32_t write_leaf(Writer *w, const CoBinaryNode *node)
-{
-    const CoLeafRule *rule = w->subtree->rule;
-    const CoBuildPrim *prims = w->subtree->prims + node->first;
-    size_t bytes = 0, place = w->leaf_bytes / CO_LEAF_UNIT;
-    rule->fits(rule->context, prims, node->count, &bytes);
-    uint32_t ref = rule->emit(rule->context, prims, node->count, w->leaves + w->leaf_bytes);
-    w->leaf_bytes += bytes;
-    return ref + (uint32_t)place;
-}
-
 // Parents before children, in depth-first order.
-static uint32_t write_node(Writer *w, uint32_t from)
+static uint32_t write_node(const CoSubtree *s, uint32_t from, CoPiece *out)
 {
-    const CoBinaryNode *nodes = w->subtree->nodes;
-    uint32_t index = (uint32_t)w->node_count++, children[CO_NODE_WIDTH];
-    CoWideNode *out = &w->nodes[index];
-    int count = co_plan_children(nodes, from, children);
-    co_wide_node_clear(out);
+    uint32_t index = (uint32_t)out->node_count++, children[CO_NODE_WIDTH];
+    CoWideNode *node = &out->nodes[index];
+    int count = co_plan_children(s->nodes, from, children);
+    co_wide_node_clear(node);
     for (int i = 0; i < count; i++) {
-        const CoBinaryNode *child = &nodes[children[i]];
-        uint32_t ref = child->right ? write_node(w, children[i]) : write_leaf(w, child);
-        co_wide_node_set(out, i, &child->box, ref);
+        const CoBinaryNode *child = &s->nodes[children[i]];
+        co_wide_node_set(node, i, &child->box,
+                         child->right ? write_node(s, children[i], out) : child->leaf);
     }
     return index;
 }
 
 bool co_subtree_build(CoSubtree *s, const CoRange *range, bool has_node, CoPiece *out)
 {
-    s->node_count = 0;
-    s->leaf_bytes = 0;
+    *out = (CoPiece){0};
+    s->node_count = s->leaf_bytes = s->pending = 0;
     grow(s, range);
+    write_pending(s);
     bool is_node = has_node || s->nodes[0].right;
-    *out = (CoPiece){.node_count = is_node ? co_plan_count(s->nodes, 0) : 0, .leaf_bytes = s->leaf_bytes};
-    size_t node_bytes = out->node_count * sizeof *out->nodes;
-    if (co_piece_bytes(out) > 0) {
-        out->nodes = co_alloc(CO_MEMORY_ACCEL, co_piece_bytes(out));
-        if (!out->nodes) {
-            *out = (CoPiece){0};
+    size_t node_count = is_node ? co_plan_count(s->nodes, 0) : 0;
+    size_t node_bytes = node_count * sizeof *out->nodes;
+    if (node_bytes + s->leaf_bytes > 0) {
+        out->nodes = co_alloc(CO_MEMORY_ACCEL, node_bytes + s->leaf_bytes);
+        if (!out->nodes)
             return false;
-        }
     }
-    Writer writer = {s, out->nodes, (unsigned char *)out->nodes + node_bytes, 0, 0};
-    out->root = is_node ? write_node(&writer, 0) : write_leaf(&writer, &s->nodes[0]);
+    out->root = is_node ? write_node(s, 0, out) : s->nodes[0].leaf;
+    out->leaf_bytes = s->leaf_bytes;
+    if (s->leaf_bytes)
+        memcpy(out->nodes + node_count, s->leaves, s->leaf_bytes);
     return true;
 }
 

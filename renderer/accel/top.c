@@ -21,11 +21,12 @@ static bool single_fits(const void *context, const CoBuildPrim *prims, size_t co
 }
 
 static uint32_t emit_instance(const void *context, const CoBuildPrim *prims, size_t count,
-                              unsigned char *out)
+                              unsigned char *out, size_t *bytes)
 {
     (void)context;
     (void)count;
     (void)out;
+    *bytes = 0;
     return CO_REF_LEAF | prims[0].id;
 }
 
@@ -94,7 +95,7 @@ static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *
 
 static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
 {
-    CoLeafRule rule = {single_fits, emit_instance, NULL, 1};
+    CoLeafRule rule = {single_fits, emit_instance, NULL, NULL, 1, 0};
     CoTreeParts parts;
     bool is_built = co_tree_build(prims, &rule, &parts, err);
     top->tree = parts.tree;

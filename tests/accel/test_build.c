@@ -16,17 +16,18 @@ static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count
 }
 
 static uint32_t list_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out)
+                          unsigned char *out, size_t *bytes)
 {
     uint32_t words[8] = {(uint32_t)count};
     (void)context;
     for (size_t i = 0; i < count; i++)
         words[i + 1] = prims[i].id;
     memcpy(out, words, sizeof words);
+    *bytes = sizeof words;
     return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
 }
 
-static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, 4};
+static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, NULL, 4, 32};
 
 static CoBuildPrim *random_prims(size_t count, float size, uint64_t seed)
 {
