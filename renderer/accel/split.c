@@ -90,21 +90,37 @@ void co_bins_clear(CoBins *bins, uint32_t used)
     }
 }
 
+// What filling needs at every prim.
+typedef struct Filling {
+    Co4 origin, scale, last;
+} Filling;
+
 // NaN, from a difference that overflows and a scale of 0, is in bin 0.
+static inline void fill_one(CoBins *bins, const Filling *filling, const CoBuildPrim *prim)
+{
+    CoBox4 box = prim_box(prim);
+    Co4 x = co4_mul(co4_sub(centroid(&box), filling->origin), filling->scale);
+    int32_t at[4];
+    co4_truncate(co4_min(co4_max(x, co4_set1(0.0f)), filling->last), at);
+    for (int k = 0; k < 3; k++) {
+        co_box4_extend(&bins->box[k][at[k]], &box);
+        bins->count[k][at[k]]++;
+    }
+}
+
+// By turns from two halves: neighbors are often in one bin, and the second would wait for the
+// first.
 void co_bins_fill(CoBins *bins, const CoBinning *binning, const CoBuildPrim *prims, size_t count)
 {
-    const Co4 origin = co4_load(binning->origin), scale = co4_load(binning->scale);
-    const Co4 zero = co4_set1(0.0f), last = co4_set1((float)(binning->used - 1));
-    for (size_t i = 0; i < count; i++) {
-        CoBox4 box = prim_box(&prims[i]);
-        Co4 x = co4_mul(co4_sub(centroid(&box), origin), scale);
-        int32_t at[4];
-        co4_truncate(co4_min(co4_max(x, zero), last), at);
-        for (int k = 0; k < 3; k++) {
-            co_box4_extend(&bins->box[k][at[k]], &box);
-            bins->count[k][at[k]]++;
-        }
+    const Filling filling = {co4_load(binning->origin), co4_load(binning->scale),
+                             co4_set1((float)(binning->used - 1))};
+    size_t half = count / 2;
+    for (size_t i = 0; i < half; i++) {
+        fill_one(bins, &filling, &prims[i]);
+        fill_one(bins, &filling, &prims[half + i]);
     }
+    if (count & 1)
+        fill_one(bins, &filling, &prims[count - 1]);
 }
 
 // Minima, maxima and counts: the order of merging does not show.
@@ -192,13 +208,17 @@ CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBo
 // one.
 size_t co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, CoBuildPrim *moved)
 {
+    const int axis = split->axis;
+    const float origin = split->origin, scale = split->scale, edge = split->edge;
     size_t left = 0, right = 0;
     for (size_t i = 0; i < count; i++) {
-        const CoBuildPrim prim = prims[i];
-        float c = 0.5f * prim.lo[split->axis] + 0.5f * prim.hi[split->axis];
-        bool is_right = (c - split->origin) * split->scale >= split->edge;
-        prims[left] = prim;
-        moved[right] = prim;
+        float c = 0.5f * prims[i].lo[axis] + 0.5f * prims[i].hi[axis];
+        bool is_right = (c - origin) * scale >= edge;
+        Co4 lo = co4_load(prims[i].lo), hi = co4_load(prims[i].hi);
+        co4_store(prims[left].lo, lo);
+        co4_store(prims[left].hi, hi);
+        co4_store(moved[right].lo, lo);
+        co4_store(moved[right].hi, hi);
         left += !is_right;
         right += is_right;
     }
