@@ -63,7 +63,7 @@ CoBox4 co_prim_box(const CoBuildPrim *prims, size_t count)
 // Few things need few bins.
 static uint32_t bin_count(size_t count)
 {
-    return count < 16 ? 8 : count < 128 ? 16 : CO_BIN_COUNT;
+    return count < 12 ? 4 : count < 32 ? 8 : count < 1024 ? 16 : CO_BIN_COUNT;
 }
 
 CoBinning co_binning_over(const CoBox4 *centroids, size_t count)
