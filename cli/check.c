@@ -1,77 +1,146 @@
-// cohort check: what is broken in a stage, and what Cohort will not honour.
+// cohort check: what is broken in a stage, and what Cohort will not honor.
 
 #include "check.h"
 #include "cli.h"
 #include "options.h"
 #include "stage_options.h"
 
+#include "cohort/stage_adapter.h"
+
+#include <math.h>
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
-static void print_json_text(const char *text)
+// ---- Findings ----------------------------------------------------------------------------------
+
+static void add_at(Check *check, FindingCode code, CohortSeverity severity, const CohortPrim *prim,
+                   const char *property, const char *text)
 {
-    putchar('"');
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        if (*c == '"' || *c == '\\')
-            printf("\\%c", *c);
-        else if (*c < 0x20)
-            printf("\\u%04x", *c);
-        else
-            putchar(*c);
+    Finding finding = {.code = code,
+                       .severity = severity,
+                       .layer = "",
+                       .prim = cohort_prim_path(prim),
+                       .property = property ? property : "",
+                       .text = text};
+    CohortOpinion opinion;
+    bool has_origin = property && cohort_prim_origin(prim, property, &finding.layer, &finding.line);
+    if (!has_origin && cohort_prim_opinion(prim, 0, &opinion)) {
+        finding.layer = opinion.layer;
+        finding.line = opinion.line;
     }
-    putchar('"');
+    findings_add(&check->findings, &finding);
 }
 
-static void print_finding(Check *check, CohortSeverity severity, const char *layer, uint32_t line,
-                          const char *prim, const char *text)
-{
-    const char *name = severity == COHORT_SEVERITY_ERROR ? "error" : "warning";
-    if (!check->is_json) {
-        printf("%s:%u: %s: %s%s%s\n", layer, line, name, text, *prim ? " at " : "", prim);
-    } else {
-        printf("%s\n  {\"severity\": \"%s\", \"layer\": ",
-               check->errors + check->warnings ? "," : "", name);
-        print_json_text(layer);
-        printf(", \"line\": %u, \"prim\": ", line);
-        print_json_text(prim);
-        printf(", \"text\": ");
-        print_json_text(text);
-        putchar('}');
-    }
-    if (severity == COHORT_SEVERITY_ERROR)
-        check->errors++;
-    else
-        check->warnings++;
-}
-
-void check_found(Check *check, CohortSeverity severity, const CohortPrim *prim,
+void check_found(Check *check, FindingCode code, CohortSeverity severity, const CohortPrim *prim,
                  const char *property, const char *format, ...)
 {
-    char text[1024], path[4096];
+    char text[1024];
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    snprintf(path, sizeof path, "%s%s%s", cohort_prim_path(prim), property ? "." : "",
-             property ? property : "");
-    const char *layer = "";
-    uint32_t line = 0;
-    CohortOpinion opinion;
-    if (!property || !cohort_prim_origin(prim, property, &layer, &line))
-        if (cohort_prim_opinion(prim, 0, &opinion)) {
-            layer = opinion.layer;
-            line = opinion.line;
-        }
-    print_finding(check, severity, layer, line, path, text);
+    add_at(check, code, severity, prim, property, text);
+}
+
+// ---- What the loader reports -------------------------------------------------------------------
+
+static void release(Check *check, FindingCode code)
+{
+    const CohortError *held = &check->held;
+    if (held->code != COHORT_OK)
+        findings_add(&check->findings, &(Finding){.code = code,
+                                                  .severity = COHORT_SEVERITY_ERROR,
+                                                  .layer = held->file,
+                                                  .prim = held->prim_path,
+                                                  .text = held->message});
+    check->held = (CohortError){0};
+}
+
+// What composition goes on without is broken, what it merely ignores is not.
+static FindingCode classify(const char *text, CohortSeverity *severity)
+{
+    if (strstr(text, "cannot open")) {
+        *severity = COHORT_SEVERITY_ERROR;
+        return FINDING_MISSING_LAYER;
+    }
+    if (strstr(text, "not supported"))
+        return FINDING_UNSUPPORTED_LAYER;
+    if (!strstr(text, "ignored"))
+        *severity = COHORT_SEVERITY_ERROR;
+    return FINDING_COMPOSITION;
 }
 
 static void report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
                    uint32_t column, const char *prim_path, const char *text)
 {
-    (void)column;
-    print_finding(cookie, severity, file ? file : "", line, prim_path ? prim_path : "", text);
+    Check *check = cookie;
+    if (severity > COHORT_SEVERITY_WARNING)
+        return;
+    Finding finding = {.code = FINDING_SYNTAX,
+                       .severity = severity,
+                       .layer = file,
+                       .line = line,
+                       .column = column,
+                       .prim = prim_path,
+                       .text = text};
+    if (check->held.code != COHORT_OK && strstr(text, check->held.message)) {
+        finding.code = FINDING_MISSING_LAYER;
+        finding.severity = COHORT_SEVERITY_ERROR;
+        check->held = (CohortError){0};
+    } else if (severity == COHORT_SEVERITY_WARNING) {
+        finding.code = classify(text, &finding.severity);
+    }
+    release(check, FINDING_MISSING_LAYER);
+    if (severity == COHORT_SEVERITY_ERROR && !line) {
+        check->held = (CohortError){.code = COHORT_ERROR_FILE_READ};
+        snprintf(check->held.file, sizeof check->held.file, "%s", file ? file : "");
+        snprintf(check->held.message, sizeof check->held.message, "%s", text);
+    } else {
+        findings_add(&check->findings, &finding);
+    }
 }
+
+// ---- What the renderer would not honor ---------------------------------------------------------
+
+static bool is_known(const Check *check, const CohortReportEntry *entry, bool is_property)
+{
+    const Findings *f = &check->findings;
+    for (size_t i = 0; i < f->count; i++)
+        if (!strcmp(f->items[i].prim, entry->prim_path) &&
+            (is_property ? !strcmp(f->items[i].property, entry->name)
+                         : f->items[i].severity == COHORT_SEVERITY_ERROR))
+            return true;
+    return false;
+}
+
+static void add_not_honored(Check *check, CohortDelegate *delegate)
+{
+    const CohortReportEntry *entries;
+    size_t count = cohort_delegate_report(delegate, &entries);
+    for (size_t i = 0; i < count; i++) {
+        const CohortReportEntry *e = &entries[i];
+        const CohortPrim *prim = *e->prim_path ? cohort_stage_prim(check->stage, e->prim_path)
+                                               : cohort_stage_root(check->stage);
+        bool is_property = prim && (cohort_prim_has_attribute(prim, e->name) ||
+                                    cohort_prim_has_relationship(prim, e->name));
+        // Composition has been reported, and what is broken is not also unhonored.
+        if (!strcmp(e->name, "composition") || is_known(check, e, is_property))
+            continue;
+        char text[1024];
+        snprintf(text, sizeof text, "%s%s%s: %s", e->name, *e->value ? " = " : "", e->value,
+                 e->action);
+        if (prim)
+            add_at(check, FINDING_NOT_HONORED, COHORT_SEVERITY_WARNING, prim,
+                   is_property ? e->name : NULL, text);
+        else
+            findings_add(&check->findings, &(Finding){.code = FINDING_NOT_HONORED,
+                                                      .severity = COHORT_SEVERITY_WARNING,
+                                                      .prim = e->prim_path,
+                                                      .text = text});
+    }
+}
+
+// ---- The stage ---------------------------------------------------------------------------------
 
 static void check_below(Check *check, const CohortPrim *prim)
 {
@@ -83,59 +152,124 @@ static void check_below(Check *check, const CohortPrim *prim)
         check_below(check, cohort_prim_child(prim, i));
 }
 
+static void check_units(Check *check, const CohortPrim *root, double meters_per_unit)
+{
+    CohortValue value;
+    bool has_units = cohort_prim_metadata(root, "metersPerUnit", &value);
+    if (!has_units)
+        check_found(check, FINDING_UNITS, COHORT_SEVERITY_WARNING, root, NULL,
+                    "no metersPerUnit: one unit is taken to be a centimeter");
+    else if (!(meters_per_unit >= 1e-6 && meters_per_unit <= 1e6))
+        check_found(check, FINDING_UNITS, COHORT_SEVERITY_WARNING, root, NULL,
+                    "metersPerUnit is %g: expected 0.01 for centimeters, 1 for meters",
+                    meters_per_unit);
+    if (!cohort_prim_metadata(root, "upAxis", &value))
+        check_found(check, FINDING_UNITS, COHORT_SEVERITY_WARNING, root, NULL,
+                    "no upAxis: it is taken to be \"Y\"");
+    double size = 0;
+    for (int i = 0; i < 3; i++)
+        size = fmax(size, check->box[i + 3] - check->box[i]);
+    size *= meters_per_unit;
+    if (size > 0 && !(size >= 1e-4 && size <= 1e6))
+        check_found(check, FINDING_EXTENT, COHORT_SEVERITY_WARNING, root, NULL,
+                    "the stage is %g m across with metersPerUnit = %g%s", size, meters_per_unit,
+                    has_units ? "" : " (not authored)");
+}
+
 static void check_stage(Check *check)
 {
     const CohortPrim *root = cohort_stage_root(check->stage);
     CohortStageInfo info;
-    CohortValue value;
     cohort_stage_info(check->stage, &info);
-    if (!cohort_prim_metadata(root, "metersPerUnit", &value))
-        check_found(check, COHORT_SEVERITY_WARNING, root, NULL,
-                    "no metersPerUnit: the stage is taken to be in centimeters");
-    else if (!(info.meters_per_unit > 1e-6 && info.meters_per_unit < 1e6))
-        check_found(check, COHORT_SEVERITY_WARNING, root, NULL, "metersPerUnit is %g",
-                    info.meters_per_unit);
-    if (!cohort_prim_metadata(root, "upAxis", &value))
-        check_found(check, COHORT_SEVERITY_WARNING, root, NULL, "no upAxis: it is taken to be Y");
+    for (int i = 0; i < 6; i++)
+        check->box[i] = i < 3 ? (double)INFINITY : -(double)INFINITY;
+    check_below(check, root);
+    check_units(check, root, info.meters_per_unit);
     if (*info.default_prim) {
         char path[4096];
         snprintf(path, sizeof path, "%s%s", *info.default_prim == '/' ? "" : "/",
                  info.default_prim);
         if (!cohort_stage_prim(check->stage, path))
-            check_found(check, COHORT_SEVERITY_ERROR, root, NULL, "there is no default prim \"%s\"",
-                        info.default_prim);
+            check_found(check, FINDING_DEFAULT_PRIM, COHORT_SEVERITY_ERROR, root, NULL,
+                        "there is no default prim \"%s\"", info.default_prim);
     }
-    check_below(check, root);
+    if (check->cameras && !check->lights)
+        check_found(check, FINDING_NO_LIGHT, COHORT_SEVERITY_WARNING, root, NULL,
+                    "there are cameras but no light: the picture will be black");
 }
 
-static int check_path(const char *path, bool is_json, StageOptions *which)
+static bool check_path(Check *check, const char *path, const CohortStageOptions *stage,
+                       CohortError *err)
 {
-    Check check = {.is_json = is_json};
-    CohortStageOptions options = {.report = report, .cookie = &check};
-    stage_options_apply(which, &options);
+    CohortAdapterOptions options = {.stage = *stage, .inspect = true};
+    options.stage.report = report;
+    options.stage.cookie = check;
+    CohortDelegate *delegate = cohort_delegate_create(err);
+    CohortRenderIndex *index = delegate ? cohort_render_index_create(delegate, err) : NULL;
+    CohortAdapter *adapter = index ? cohort_adapter_open(delegate, path, &options, err) : NULL;
+    if (adapter) {
+        // The stage may be sound and yet nothing that can be rendered.
+        CohortError why = {0};
+        bool is_pulled =
+            cohort_adapter_populate(adapter, &why) && cohort_render_index_pull(index, &why);
+        check->stage = cohort_adapter_stage(adapter);
+        release(check, FINDING_MISSING_LAYER);
+        check_stage(check);
+        add_not_honored(check, delegate);
+        if (!is_pulled)
+            check_found(check, FINDING_NOT_HONORED, COHORT_SEVERITY_ERROR,
+                        cohort_stage_root(check->stage), NULL, "it cannot be rendered: %s",
+                        why.message);
+    }
+    bool is_read = adapter != NULL;
+    cohort_adapter_destroy(adapter);
+    cohort_delegate_destroy(delegate);
+    return is_read;
+}
+
+typedef struct CheckOptions {
+    bool is_json, is_strict;
+    StageOptions which;
+} CheckOptions;
+
+static int run(const char *path, CheckOptions *options)
+{
+    Check check = {0};
+    CohortStageOptions stage = {0};
+    stage_options_apply(&options->which, &stage);
     CohortError err = {0};
-    if (is_json)
-        printf("{\"findings\": [");
-    CohortStage *stage = cohort_stage_open(path, &options, &err);
-    check.stage = stage;
-    if (stage)
-        check_stage(&check);
-    else if (!check.errors)
-        print_finding(&check, COHORT_SEVERITY_ERROR, err.file[0] ? err.file : path, err.line,
-                      err.prim_path, err.message);
-    if (is_json)
-        printf("\n], \"errors\": %zu, \"warnings\": %zu}\n", check.errors, check.warnings);
-    cohort_stage_destroy(stage);
-    return !stage ? EXIT_LOAD : check.errors ? EXIT_DIFFERENT : EXIT_WRITTEN;
+    bool is_read = check_path(&check, path, &stage, &err);
+    release(&check, FINDING_MISSING_LAYER);
+    if (!is_read && !check.findings.count)
+        findings_add(&check.findings, &(Finding){.code = FINDING_MISSING_LAYER,
+                                                 .severity = COHORT_SEVERITY_ERROR,
+                                                 .layer = err.file,
+                                                 .line = err.line,
+                                                 .column = err.column,
+                                                 .prim = err.prim_path,
+                                                 .text = err.message});
+    findings_finish(&check.findings);
+    if (options->is_json)
+        findings_print_json(&check.findings, path, stdout);
+    else
+        findings_print(&check.findings, stdout);
+    bool is_bad = check.findings.errors || (options->is_strict && check.findings.warnings);
+    bool is_whole = !check.findings.is_out_of_memory && fflush(stdout) == 0;
+    findings_clear(&check.findings);
+    if (!is_whole)
+        fprintf(stderr, "cohort check: error: not all findings could be printed\n");
+    return !is_read ? EXIT_LOAD : !is_whole ? EXIT_WRITE : is_bad ? EXIT_DIFFERENT : EXIT_WRITTEN;
 }
 
 int command_check(int argc, char **argv)
 {
-    bool is_json = false, wants_help = false;
-    StageOptions which = {0};
+    CheckOptions options = {0};
+    bool wants_help = false;
     const Option table[] = {
-        {"json", 0, OPTION_FLAG, &is_json, 0, 0, NULL, NULL, "print one JSON object"},
-        STAGE_OPTION_ROWS(which),
+        {"json", 0, OPTION_FLAG, &options.is_json, 0, 0, NULL, NULL, "print one JSON object"},
+        {"strict", 0, OPTION_FLAG, &options.is_strict, 0, 0, NULL, NULL,
+         "exit with 1 for warnings too"},
+        STAGE_OPTION_ROWS(options.which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     enum {
@@ -145,13 +279,14 @@ int command_check(int argc, char **argv)
     if (code)
         return code;
     if (wants_help) {
-        printf("cohort check STAGE [options]\n\nSays what is broken in a stage and what is not "
-               "honoured.\nExit status: 0 sound (warnings at most), 1 errors, 3 cannot be "
-               "read.\n\n");
+        printf(
+            "cohort check STAGE [options]\n\nSays what is broken in a stage and what will not be "
+            "honored.\nExit status: 0 sound (warnings at most), 1 errors, 2 usage, 3 cannot be "
+            "read.\n\n");
         options_help(table, COUNT);
         return EXIT_WRITTEN;
     }
     if (argc - first != 1)
         return usage_error("check", "expected one stage, got %d", argc - first);
-    return check_path(argv[first], is_json, &which);
+    return run(argv[first], &options);
 }

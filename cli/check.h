@@ -4,19 +4,30 @@
 #define COHORT_CLI_CHECK_H
 
 #include "cohort/usda.h"
+#include "findings.h"
 
 typedef struct Check {
     const CohortStage *stage;
-    bool is_json;
-    size_t errors, warnings; // found up to now
+    Findings findings;
+    // An error without a line is a file that cannot be read; what refers to it comes next and says
+    // so in the same words.
+    CohortError held;
+    double box[6]; // of the points looked at, in the world: least x y z, greatest x y z
+    size_t cameras, lights;
 } Check;
 
-// Prints one finding. `property` may be NULL.
-void check_found(Check *check, CohortSeverity severity, const CohortPrim *prim,
+// Adds a finding about a prim, or a property of it (NULL: none), where that is authored.
+void check_found(Check *check, FindingCode code, CohortSeverity severity, const CohortPrim *prim,
                  const char *property, const char *format, ...)
-    __attribute__((format(printf, 5, 6)));
+    __attribute__((format(printf, 6, 7)));
 
-// Looks at one prim: assets, targets, array lengths and topology.
+// Looks at one prim (check_prim.c): targets, assets, transform, camera.
 void check_prim(Check *check, const CohortPrim *prim);
+
+// Topology, array lengths, points and extent of a mesh (check_mesh.c).
+void check_mesh(Check *check, const CohortPrim *prim);
+
+// The value of an attribute by default, else at its first time. False when there is none.
+bool check_value(const CohortPrim *prim, const char *name, CohortValue *out);
 
 #endif

@@ -1,29 +1,66 @@
-// What can be wrong with a prim by itself.
+// What can be wrong with a prim of any type.
 
 #include "check.h"
 
 #include <math.h>
 #include <string.h>
 
-// ---- Paths
-// ----------------------------------------------------------------------------------------
+bool check_value(const CohortPrim *prim, const char *name, CohortValue *out)
+{
+    const double *times;
+    if (cohort_prim_value(prim, name, COHORT_TIME_DEFAULT, out))
+        return true;
+    return cohort_prim_time_samples(prim, name, &times) > 0 &&
+           cohort_prim_value(prim, name, times[0], out);
+}
+
+// ---- Paths -------------------------------------------------------------------------------------
+
+static void check_target(Check *check, const CohortPrim *prim, const char *name, const char *target,
+                         bool is_connection)
+{
+    char path[4096];
+    size_t length = strcspn(target, ".[");
+    if (length >= sizeof path)
+        return;
+    memcpy(path, target, length);
+    path[length] = 0;
+    const CohortPrim *there = cohort_stage_prim(check->stage, path);
+    const char *property = target[length] == '.' ? target + length + 1 : NULL;
+    const char *what = is_connection ? "connected to" : "targets";
+    if (!there)
+        check_found(check, FINDING_MISSING_TARGET, COHORT_SEVERITY_WARNING, prim, name,
+                    "%s <%s>, but there is no such prim", what, target);
+    else if (!cohort_prim_is_active(there))
+        check_found(check, FINDING_MISSING_TARGET, COHORT_SEVERITY_WARNING, prim, name,
+                    "%s <%s>, but that prim is not active", what, target);
+    else if (property && !strchr(property, '[') && !cohort_prim_has_attribute(there, property) &&
+             !cohort_prim_has_relationship(there, property))
+        check_found(check, FINDING_MISSING_TARGET, COHORT_SEVERITY_WARNING, prim, name,
+                    "%s <%s>, but that prim has no %s", what, target, property);
+}
+
 static void check_targets(Check *check, const CohortPrim *prim, const char *name)
 {
     const char *const *paths = NULL;
-    size_t count = cohort_prim_targets(prim, name, &paths);
-    if (!count)
-        count = cohort_prim_connections(prim, name, &paths);
-    for (size_t i = 0; i < count; i++) {
-        char path[4096];
-        size_t length = strcspn(paths[i], ".");
-        if (length >= sizeof path)
-            continue;
-        memcpy(path, paths[i], length);
-        path[length] = 0;
-        if (!cohort_stage_prim(check->stage, path))
-            check_found(check, COHORT_SEVERITY_WARNING, prim, name, "there is no target <%s>",
-                        paths[i]);
-    }
+    bool is_connection = cohort_prim_has_attribute(prim, name);
+    size_t count = is_connection ? cohort_prim_connections(prim, name, &paths)
+                                 : cohort_prim_targets(prim, name, &paths);
+    for (size_t i = 0; i < count; i++)
+        check_target(check, prim, name, paths[i], is_connection);
+}
+
+static void check_asset(Check *check, const CohortPrim *prim, const char *name,
+                        const CohortAsset *asset)
+{
+    if (!*asset->authored || *asset->resolved)
+        return;
+    if (strchr(asset->authored, '\\'))
+        check_found(check, FINDING_MISSING_ASSET, COHORT_SEVERITY_ERROR, prim, name,
+                    "@%s@ does not exist: its backslashes are no folders here", asset->authored);
+    else
+        check_found(check, FINDING_MISSING_ASSET, COHORT_SEVERITY_ERROR, prim, name,
+                    "@%s@ does not exist (looked for %s)", asset->authored, asset->anchored);
 }
 
 static void check_assets(Check *check, const CohortPrim *prim, const char *name)
@@ -31,134 +68,103 @@ static void check_assets(Check *check, const CohortPrim *prim, const char *name)
     const CohortAsset *assets;
     size_t count = cohort_prim_assets(prim, name, COHORT_TIME_DEFAULT, &assets);
     for (size_t i = 0; i < count; i++)
-        if (*assets[i].authored && !*assets[i].resolved)
-            check_found(check, COHORT_SEVERITY_ERROR, prim, name,
-                        "@%s@ does not exist (looked for %s)", assets[i].authored,
-                        assets[i].anchored);
+        check_asset(check, prim, name, &assets[i]);
+    const double *times;
+    size_t time_count = count ? 0 : cohort_prim_time_samples(prim, name, &times);
+    for (size_t k = 0; k < time_count; k++) {
+        count = cohort_prim_assets(prim, name, times[k], &assets);
+        for (size_t i = 0; i < count; i++)
+            check_asset(check, prim, name, &assets[i]);
+    }
 }
 
-// ---- Meshes
-// ---------------------------------------------------------------------------------------
-typedef struct MeshSizes {
-    size_t points, faces, corners;
-} MeshSizes;
+// ---- Transforms --------------------------------------------------------------------------------
 
-static bool find_array(const CohortPrim *prim, const char *name, CohortValue *out)
+static void check_transform(Check *check, const CohortPrim *prim)
 {
-    double earliest = 0;
-    return cohort_prim_value(prim, name, COHORT_TIME_DEFAULT, out) ||
-           cohort_prim_value(prim, name, earliest, out);
-}
-
-static void check_topology(Check *check, const CohortPrim *prim, MeshSizes *sizes)
-{
-    CohortValue points = {0}, counts = {0}, indices = {0};
-    find_array(prim, "points", &points);
-    if (!find_array(prim, "faceVertexCounts", &counts) || counts.type != COHORT_TYPE_INT ||
-        !find_array(prim, "faceVertexIndices", &indices) || indices.type != COHORT_TYPE_INT) {
-        check_found(check, COHORT_SEVERITY_WARNING, prim, NULL, "the mesh has no topology");
+    CohortValue order;
+    if (!check_value(prim, "xformOpOrder", &order) || order.type != COHORT_TYPE_TOKEN)
         return;
+    const CohortString *ops = order.data;
+    for (size_t i = 0; i < order.count; i++) {
+        const char *op = ops[i].text;
+        if (!strncmp(op, "!invert!", 8))
+            op += 8;
+        if (strcmp(op, "!resetXformStack!") != 0 && !cohort_prim_has_attribute(prim, op))
+            check_found(check, FINDING_TRANSFORM, COHORT_SEVERITY_ERROR, prim, "xformOpOrder",
+                        "xformOpOrder names %s, but the prim has no such op", op);
     }
-    const int32_t *count = counts.data, *index = indices.data;
-    int64_t total = 0;
-    for (size_t i = 0; i < counts.count; i++) {
-        if (count[i] < 3)
-            check_found(check, COHORT_SEVERITY_ERROR, prim, "faceVertexCounts",
-                        "face %zu has %d corners", i, count[i]);
-        total += count[i];
-        if (count[i] < 3)
-            break; // one such face is enough to say so
-    }
-    *sizes = (MeshSizes){points.count, counts.count, indices.count};
-    if (total >= 0 && (uint64_t)total != indices.count)
-        check_found(check, COHORT_SEVERITY_ERROR, prim, "faceVertexIndices",
-                    "%zu indices for faces with %lld corners", indices.count, (long long)total);
-    for (size_t i = 0; i < indices.count; i++)
-        if (index[i] < 0 || (size_t)index[i] >= points.count) {
-            check_found(check, COHORT_SEVERITY_ERROR, prim, "faceVertexIndices",
-                        "index %d at %zu is outside the %zu points", index[i], i, points.count);
-            break;
-        }
-}
-
-// How many elements an interpolation asks for; SIZE_MAX: any.
-static size_t expected_count(const CohortString *interpolation, const MeshSizes *sizes)
-{
-    if (!strcmp(interpolation->text, "constant"))
-        return 1;
-    if (!strcmp(interpolation->text, "uniform"))
-        return sizes->faces;
-    if (!strcmp(interpolation->text, "faceVarying"))
-        return sizes->corners;
-    return sizes->points;
-}
-
-static void check_primvar(Check *check, const CohortPrim *prim, const char *name,
-                          const MeshSizes *sizes)
-{
-    CohortValue value, interpolation, size;
-    char indexed[1024];
-    if (!find_array(prim, name, &value) || !value.is_array ||
-        !cohort_prim_attribute_metadata(prim, name, "interpolation", &interpolation) ||
-        interpolation.type != COHORT_TYPE_TOKEN || strlen(name) + 9 > sizeof indexed)
+    double m[4][4];
+    bool resets;
+    if (!cohort_prim_local_transform(prim, 0, m, &resets))
         return;
-    size_t per_element = 1, expected = expected_count(interpolation.data, sizes);
-    if (cohort_prim_attribute_metadata(prim, name, "elementSize", &size) &&
-        size.type == COHORT_TYPE_INT && *(const int32_t *)size.data > 0)
-        per_element = (size_t) * (const int32_t *)size.data;
-    strcpy(indexed, name);
-    strcat(indexed, ":indices");
-    const char *counted = find_array(prim, indexed, &value) ? indexed : name;
-    if (counted == indexed)
-        per_element = 1;
-    if (expected != 1 && value.count != expected * per_element)
-        check_found(check, COHORT_SEVERITY_ERROR, prim, counted,
-                    "%zu elements where %s interpolation asks for %zu", value.count,
-                    ((const CohortString *)interpolation.data)->text, expected * per_element);
+    bool is_finite = true;
+    for (int i = 0; i < 16; i++)
+        is_finite = is_finite && isfinite(m[i / 4][i % 4]);
+    double volume = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                    m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                    m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    if (!is_finite)
+        check_found(check, FINDING_TRANSFORM, COHORT_SEVERITY_ERROR, prim, "xformOpOrder",
+                    "the transform is not finite");
+    else if (volume == 0)
+        check_found(check, FINDING_TRANSFORM, COHORT_SEVERITY_WARNING, prim, "xformOpOrder",
+                    "the transform is flat: it scales an axis to nothing");
 }
 
-static void check_mesh(Check *check, const CohortPrim *prim)
+// ---- Cameras -----------------------------------------------------------------------------------
+
+static void check_camera(Check *check, const CohortPrim *prim)
 {
-    MeshSizes sizes = {0};
-    check_topology(check, prim, &sizes);
-    for (size_t i = 0; sizes.faces && i < cohort_prim_property_count(prim); i++) {
-        const char *name = cohort_prim_property_name(prim, i), *end = strrchr(name, ':');
-        bool is_indices = end && !strcmp(end, ":indices");
-        if (!strcmp(name, "normals") || (!strncmp(name, "primvars:", 9) && !is_indices))
-            check_primvar(check, prim, name, &sizes);
-    }
+    check->cameras++;
+    double focal = cohort_prim_double(prim, "focalLength", 0, 50);
+    double f_stop = cohort_prim_double(prim, "fStop", 0, 0);
+    double clip[2] = {1, 1000000};
+    CohortValue projection;
+    bool is_orthographic = check_value(prim, "projection", &projection) &&
+                           projection.type == COHORT_TYPE_TOKEN &&
+                           !strcmp(((const CohortString *)projection.data)->text, "orthographic");
+    double aperture = cohort_prim_double(prim, "horizontalAperture", 0, 20.955);
+    double angle = 2 * atan(aperture / (2 * focal)) * 180 / M_PI;
+    if (!(aperture > 0))
+        check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "horizontalAperture",
+                    "horizontalAperture is %g: expected more than 0", aperture);
+    else if (!is_orthographic && !(focal > 0))
+        check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "focalLength",
+                    "focalLength is %g: expected more than 0", focal);
+    else if (!is_orthographic && !(angle >= 0.5 && angle <= 160))
+        check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "focalLength",
+                    "focalLength %g with horizontalAperture %g sees %.3g degrees", focal, aperture,
+                    angle);
+    if (f_stop < 0 || (f_stop > 0 && !(cohort_prim_double(prim, "focusDistance", 0, 0) > 0)))
+        check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "fStop",
+                    f_stop < 0 ? "fStop is %g: expected 0 or more"
+                               : "fStop is %g, but there is no focusDistance: nothing is sharp",
+                    f_stop);
+    if (cohort_prim_numbers(prim, "clippingRange", 0, clip, 2) && !(clip[0] < clip[1]))
+        check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "clippingRange",
+                    "clippingRange (%g, %g) leaves nothing", clip[0], clip[1]);
 }
 
-// ---- Any prim
-// -------------------------------------------------------------------------------------
-static bool is_not_rendered(const char *type)
+// ---- Any prim ----------------------------------------------------------------------------------
+
+static bool is_light(const CohortPrim *prim)
 {
-    static const char *const types[] = {
-        "BasisCurves", "HermiteCurves", "NurbsCurves",   "NurbsPatch",  "Points",
-        "TetMesh",     "Volume",        "ParticleField", "PointCloud",  "CylinderLight",
-        "PortalLight", "GeometryLight", "PluginLight",   "LightFilter", "PluginLightFilter"};
-    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-        if (!strcmp(types[i], type))
-            return true;
-    return false;
+    const char *type = cohort_prim_type(prim);
+    size_t length = strlen(type);
+    return (length > 5 && !strcmp(type + length - 5, "Light")) ||
+           cohort_prim_has_api(prim, "LightAPI") || cohort_prim_has_api(prim, "MeshLightAPI");
 }
 
 void check_prim(Check *check, const CohortPrim *prim)
 {
     const char *type = cohort_prim_type(prim);
-    if (is_not_rendered(type))
-        check_found(check, COHORT_SEVERITY_WARNING, prim, NULL, "a %s is not rendered", type);
+    check->lights += is_light(prim);
     if (!strcmp(type, "Mesh"))
         check_mesh(check, prim);
-    double matrix[4][4];
-    bool resets;
-    if (cohort_prim_local_transform(prim, 0, matrix, &resets))
-        for (int i = 0; i < 16; i++)
-            if (!isfinite(matrix[i / 4][i % 4])) {
-                check_found(check, COHORT_SEVERITY_ERROR, prim, "xformOpOrder",
-                            "the transform is not finite");
-                break;
-            }
+    if (!strcmp(type, "Camera"))
+        check_camera(check, prim);
+    check_transform(check, prim);
     for (size_t i = 0; i < cohort_prim_property_count(prim); i++) {
         const char *name = cohort_prim_property_name(prim, i);
         check_targets(check, prim, name);

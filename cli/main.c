@@ -1,4 +1,5 @@
 #include "cli.h"
+#include "source_line.h"
 
 #include "cohort/delegate.h"
 #include "cohort/image.h"
@@ -30,6 +31,7 @@ void print_failure(const char *severity, const CohortError *err)
     if (err->prim_path[0])
         fprintf(stderr, "<%s>: ", err->prim_path);
     fprintf(stderr, "%s: %s\n", severity, err->message);
+    source_line_print(stderr, err->file, err->line, err->column);
 }
 
 int usage_error(const char *command, const char *format, ...)

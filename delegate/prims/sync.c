@@ -145,7 +145,7 @@ static bool sync_type(CohortRenderIndex *index, CohortPrimType type, CohortError
     return ok;
 }
 
-bool cohort_render_index_sync(CohortRenderIndex *index, CohortError *err)
+bool cohort_render_index_pull(CohortRenderIndex *index, CohortError *err)
 {
     if (!co_index_is_dirty(index))
         return true;
@@ -157,5 +157,10 @@ bool cohort_render_index_sync(CohortRenderIndex *index, CohortError *err)
               sync_type(index, COHORT_PRIM_INSTANCER, err) && co_sync_groups(index, err) &&
               sync_type(index, COHORT_PRIM_LIGHT, err) && sync_type(index, COHORT_PRIM_CAMERA, err);
     index->load_seconds += co_clock_seconds() - start;
-    return ok && co_index_commit(index, err);
+    return ok;
+}
+
+bool cohort_render_index_sync(CohortRenderIndex *index, CohortError *err)
+{
+    return cohort_render_index_pull(index, err) && co_index_commit(index, err);
 }

@@ -186,7 +186,9 @@ static bool frame_stage(CohortAdapter *a, CohortError *err)
 {
     CoRecord record = {
         .kind = CO_RECORD_FRAMING_CAMERA, .path = CO_CAMERA_PATH, .prototype = CO_WORLD};
-    if (!cohort_render_index_sync(a->index, err))
+    bool ok = a->options.inspect ? cohort_render_index_pull(a->index, err)
+                                 : cohort_render_index_sync(a->index, err);
+    if (!ok)
         return false;
     if (!cohort_render_index_bounds(a->index, a->frame_box))
         memset(a->frame_box, 0, sizeof a->frame_box);

@@ -19,8 +19,9 @@ static void warn(CoIndexer *indexer, const CoSiteArc *arc, bool is_payload, cons
                  const char *detail)
 {
     co_composer_warn(indexer->c, arc->layer->file, arc->line, co_indexer_stage_path(indexer),
-                     "the %s to @%s@<%s> %s%s", is_payload ? "payload" : "reference", arc->authored,
-                     arc->prim, what, detail);
+                     "the %s to @%s@%s%s%s %s%s", is_payload ? "payload" : "reference",
+                     arc->authored, *arc->prim ? "<" : "", arc->prim, *arc->prim ? ">" : "", what,
+                     detail);
 }
 
 static const CoPath *default_prim(CoIndexer *indexer, const CoLayerFile *file)

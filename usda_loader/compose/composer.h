@@ -53,6 +53,7 @@ typedef struct CoFieldNames {
 typedef struct CoLayerFile {
     const char *path; // token: absolute and normalised
     CoLayer *layer;
+    const char *why; // it could not be read
     double time_codes_per_second;
     size_t index; // in order of first use
 } CoLayerFile;

@@ -34,7 +34,7 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
         if (c->files[i]->path != path)
             continue;
         if (!c->files[i]->layer)
-            CO_FAIL(err, COHORT_ERROR_FILE_READ, "it could not be read");
+            CO_FAIL(err, COHORT_ERROR_FILE_READ, "%s", c->files[i]->why);
         return c->files[i]->layer ? c->files[i] : NULL;
     }
     if (c->file_count >= c->options.max_layers)
@@ -53,6 +53,8 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
     if (!file->layer) {
         if (err->code == COHORT_ERROR_OUT_OF_MEMORY)
             co_composer_fail(c, err->code, err->message);
+        size_t size = strlen(err->message) + 1;
+        file->why = memcpy(co_composer_alloc(c, size), err->message, size);
         return NULL;
     }
     file->time_codes_per_second = time_codes_per_second(c, file);

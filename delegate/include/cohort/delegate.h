@@ -336,6 +336,10 @@ const char *cohort_render_index_prim_path(const CohortRenderIndex *index, int32_
 // reported and left out; false only when the scene as a whole cannot be made.
 bool cohort_render_index_sync(CohortRenderIndex *index, CohortError *err);
 
+// The first half of a sync: pulls all that is dirty, so that the report is complete, but makes no scene
+// of it yet. For who only wants to know what would not be honored.
+bool cohort_render_index_pull(CohortRenderIndex *index, CohortError *err);
+
 // World-space box (min xyz, max xyz) of the synced scene; false when it holds nothing.
 bool cohort_render_index_bounds(const CohortRenderIndex *index, double box[6]);
 

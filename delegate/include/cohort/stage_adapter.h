@@ -41,6 +41,7 @@ typedef struct CohortAdapterOptions {
     uint32_t width, height; // 0 = from the stage; one given: the other from the camera's aspect
     const char *env;        // a dome light: "sky" (built in) or an image file; NULL = none
     bool headlight;         // a distant light along the camera, as usdrecord's camera light
+    bool inspect; // only to learn what is not honored: populate pulls, and makes no scene
 } CohortAdapterOptions;
 
 // What to render, from options, render settings and stage, in this order.
