@@ -41,32 +41,54 @@ static void print_clean(FILE *out, const char *text, size_t length)
               out);
 }
 
+// What was read of a line from byte `skipped` on; `column` counts from the line's beginning.
+typedef struct SourceLine {
+    char text[SHOWN_MAX + 1];
+    size_t length, skipped, column;
+    bool is_cut;
+} SourceLine;
+
+static bool read_line(FILE *file, uint32_t line, uint32_t column, SourceLine *out)
+{
+    out->column = column;
+    out->skipped = column - 1 > BEFORE_MAX ? column - 1 - BEFORE_MAX : 0;
+    if (!seek_line(file, line) || fseek(file, (long)out->skipped, SEEK_CUR) != 0)
+        return false;
+    out->length = fread(out->text, 1, sizeof out->text, file);
+    const char *end = out->length ? memchr(out->text, '\n', out->length) : NULL;
+    out->is_cut = !end && out->length == sizeof out->text;
+    if (end)
+        out->length = (size_t)(end - out->text);
+    if (out->length && (out->text[out->length - 1] == '\r' || out->is_cut))
+        out->length--;
+    // Neither an empty line nor a binary file has anything to show.
+    return out->length && !memchr(out->text, 0, out->length);
+}
+
+static void print_line(FILE *out, const SourceLine *line)
+{
+    size_t begin = 0, end = line->length;
+    while (line->skipped && begin < end && is_inside_character(line->text[begin]))
+        begin++;
+    while (line->is_cut && end > begin && is_inside_character(line->text[end]))
+        end--;
+    fprintf(out, "    %s", line->skipped ? "..." : "");
+    print_clean(out, line->text + begin, end - begin);
+    fprintf(out, "%s\n    %s", line->is_cut ? "..." : "", line->skipped ? "   " : "");
+    for (size_t i = begin; i < line->column - 1 - line->skipped && i < end; i++)
+        if (!is_inside_character(line->text[i]))
+            fputc(' ', out);
+    fprintf(out, "^\n");
+}
+
 void source_line_print(FILE *out, const char *path, uint32_t line, uint32_t column)
 {
     if (!path || !*path || !line || !column)
         return;
     FILE *file = fopen(path, "rb");
-    if (!file)
-        return;
-    char text[SHOWN_MAX + 1];
-    size_t skipped = column - 1 > BEFORE_MAX ? column - 1 - BEFORE_MAX : 0;
-    if (seek_line(file, line) && fseek(file, (long)skipped, SEEK_CUR) == 0) {
-        size_t length = fread(text, 1, sizeof text, file), before = column - 1 - skipped, begin = 0;
-        const char *end = length ? memchr(text, '\n', length) : NULL;
-        bool is_cut = !end && length == sizeof text;
-        length = end ? (size_t)(end - text) : length;
-        length -= length > 0 && (text[length - 1] == '\r' || is_cut);
-        while (skipped && begin < length && is_inside_character(text[begin]))
-            begin++;
-        while (is_cut && length > begin && is_inside_character(text[length]))
-            length--;
-        fprintf(out, "    %s", skipped ? "..." : "");
-        print_clean(out, text + begin, length - begin);
-        fprintf(out, "%s\n    %s", is_cut ? "..." : "", skipped ? "   " : "");
-        for (size_t i = begin; i < before && i < length; i++)
-            if (!is_inside_character(text[i]))
-                fputc(' ', out);
-        fprintf(out, "^\n");
-    }
-    fclose(file);
+    SourceLine shown;
+    if (file && read_line(file, line, column, &shown))
+        print_line(out, &shown);
+    if (file)
+        fclose(file);
 }
