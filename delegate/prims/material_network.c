@@ -71,7 +71,14 @@ static void connect(CoNetwork *net, const CohortMaterialNode *surface, const Coh
                     CohortInput *out)
 {
     const CohortMaterialNode *source = co_network_source(net, input);
-    if (co_network_is_texture(source)) {
+    bool is_texture = co_network_is_texture(source);
+    if (is_texture && strcmp(input->name, "normal") == 0 && co_network_is_lost_relief(source)) {
+        const CohortNodeInput *file = co_network_input(source, "file");
+        co_network_report(net, source, "inputs:file", file && file->string ? file->string : "",
+                          "no such file can be read: no relief");
+        return;
+    }
+    if (is_texture) {
         uint32_t lookup = co_network_lookup(net, input->source_node);
         if (lookup == COHORT_INVALID_ID) {
             const CohortNodeInput *fallback = co_network_input(source, "fallback");

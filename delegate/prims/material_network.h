@@ -32,6 +32,10 @@ uint32_t co_network_lookup(CoNetwork *net, int32_t node);
 // True for the nodes that co_network_lookup takes.
 bool co_network_is_texture(const CohortMaterialNode *node);
 
+// True for a texture node without a file that can be read, whose fallback color, scaled and biased,
+// is no normal that points out of the surface: normal maps that were lost.
+bool co_network_is_lost_relief(const CohortMaterialNode *node);
+
 // An input of a node by name, NULL when it is not authored.
 const CohortNodeInput *co_network_input(const CohortMaterialNode *node, const char *name);
 

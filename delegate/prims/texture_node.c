@@ -104,6 +104,26 @@ static void read_ptex_node(CoNetwork *net, const CohortMaterialNode *node,
     }
 }
 
+static bool is_readable(const char *path)
+{
+    return strstr(path, "<UDIM>") || access(path, R_OK) == 0;
+}
+
+bool co_network_is_lost_relief(const CohortMaterialNode *node)
+{
+    const CohortNodeInput *file = co_network_input(node, "file");
+    if (!file)
+        file = co_network_input(node, "filename");
+    const char *path = file && file->resolved ? file->resolved : string_of(file);
+    if (file && (file->source_node >= 0 || is_readable(path)))
+        return false;
+    float color[4] = {0, 0, 0, 1}, scale[4] = {1, 1, 1, 1}, bias[4] = {0, 0, 0, 0};
+    numbers_of(co_network_input(node, "fallback"), color, 4);
+    numbers_of(co_network_input(node, "scale"), scale, 4);
+    numbers_of(co_network_input(node, "bias"), bias, 4);
+    return !(color[2] * scale[2] + bias[2] > 0.0f);
+}
+
 static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
 {
     const CohortNodeInput *file = co_network_input(node, "file");
@@ -120,7 +140,7 @@ static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
         read_uv_node(net, node, file, &desc);
     else
         read_ptex_node(net, node, file, &desc);
-    if (!strstr(desc.path, "<UDIM>") && access(desc.path, R_OK) != 0)
+    if (!is_readable(desc.path))
         co_network_report(net, node, "inputs:file", desc.asset,
                           "no such file can be read: the fallback color");
     return co_sync_texture(net->index, &desc, net->err);

@@ -116,6 +116,34 @@ static void test_missing_file_gives_the_fallback(void **state)
     assert_non_null(report_of("inputs:file"));
 }
 
+// What is left of a lost normal map: 0 * 2 - 1, a normal into the surface, unless its fallback is one.
+static void test_lost_relief_is_flat(void **state)
+{
+    (void)state;
+    CohortNodeInput inputs[] = {text_input("file", "/nowhere/bumps.png"),
+                                {.name = "scale", .source_node = -1, .components = 4},
+                                {.name = "bias", .source_node = -1, .components = 4},
+                                {.name = "fallback", .source_node = -1, .components = 4}};
+    for (int i = 0; i < 3; i++) {
+        inputs[1].value[i] = 2.0f;
+        inputs[2].value[i] = -1.0f;
+    }
+    const CohortNodeInput surface[] = {connection("normal", 1, "rgb")};
+    const CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 1},
+        {.path = "/m/t", .id = "UsdUVTexture", .inputs = inputs, .input_count = 4}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 2};
+    host.network = &network;
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    sync();
+    assert_int_equal(fake.materials[0].normal.kind, COHORT_INPUT_CONSTANT);
+    assert_non_null(report_of("inputs:file"));
+    inputs[3].value[2] = 1.0f;
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    assert_int_equal(fake.materials[0].normal.kind, COHORT_INPUT_TEXTURE);
+}
+
 static void test_ptex_nodes(void **state)
 {
     (void)state;
@@ -235,6 +263,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_uv_texture, setup, teardown),
         cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_lost_relief_is_flat, setup, teardown),
         cmocka_unit_test_setup_teardown(test_ptex_nodes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_unknown_node_is_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_connections_out_of_range, setup, teardown),
