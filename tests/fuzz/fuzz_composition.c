@@ -18,43 +18,14 @@ enum {
     PRIMS_MAX = 3000
 };
 
-static char folder[40];
-static const char *const names[LAYERS_MAX] = {"root", "a", "b", "c"};
+#define FOLDER "/cohort-fuzz/"
 
-static void layer_path(char out[64], const char *name)
-{
-    snprintf(out, 64, "%s/%s.usda", folder, name);
-}
-
-static void remove_folder(void)
-{
-    char path[64];
-    for (int i = 0; i < LAYERS_MAX; i++) {
-        layer_path(path, names[i]);
-        unlink(path);
-    }
-    layer_path(path, "flat");
-    unlink(path);
-    rmdir(folder);
-}
-
-// In memory where that can be had: most of the time would go into files.
-static void make_folder(void)
-{
-    snprintf(folder, sizeof folder, "%s/cohort-fuzz-XXXXXX",
-             access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp");
-    fuzz_require(mkdtemp(folder) != NULL);
-    atexit(remove_folder);
-}
-
-static void write_part(const char *name, const uint8_t *data, size_t size)
-{
-    char path[64];
-    layer_path(path, name);
-    FILE *file = fopen(path, "wb");
-    fuzz_require(file && fwrite(data, 1, size, file) == size);
-    fuzz_require(fclose(file) == 0);
-}
+// The layers of one input: /cohort-fuzz/root.usda and so on.
+typedef struct Parts {
+    const uint8_t *data[LAYERS_MAX];
+    size_t size[LAYERS_MAX];
+    int count;
+} Parts;
 
 static size_t part_end(const uint8_t *data, size_t begin, size_t size)
 {
@@ -64,22 +35,31 @@ static size_t part_end(const uint8_t *data, size_t begin, size_t size)
     return size;
 }
 
-static void write_parts(const uint8_t *data, size_t size)
+static Parts split(const uint8_t *data, size_t size)
 {
-    static bool is_there[LAYERS_MAX];
+    Parts parts = {0};
     size_t begin = 0;
-    for (int i = 0; i < LAYERS_MAX; i++) {
-        bool is_wanted = begin < size || i == 0;
-        size_t end = i + 1 < LAYERS_MAX && is_wanted ? part_end(data, begin, size) : size;
-        char path[64];
-        layer_path(path, names[i]);
-        if (is_wanted)
-            write_part(names[i], data + begin, end - begin);
-        else if (is_there[i])
-            unlink(path);
-        is_there[i] = is_wanted;
+    do {
+        size_t end = parts.count + 1 < LAYERS_MAX ? part_end(data, begin, size) : size;
+        parts.data[parts.count] = data + begin;
+        parts.size[parts.count++] = end - begin;
         begin = end;
-    }
+    } while (begin < size);
+    return parts;
+}
+
+static bool open_part(void *cookie, const char *path, CohortBytes *out)
+{
+    static const char *const names[LAYERS_MAX] = {FOLDER "root.usda", FOLDER "a.usda",
+                                                  FOLDER "b.usda", FOLDER "c.usda"};
+    const Parts *parts = cookie;
+    for (int i = 0; i < parts->count; i++)
+        if (!strcmp(path, names[i])) {
+            if (out)
+                *out = (CohortBytes){.data = parts->data[i], .size = parts->size[i]};
+            return true;
+        }
+    return false;
 }
 
 static void ask_property(const CohortPrim *prim, const char *name)
@@ -128,35 +108,34 @@ static void ask(const CohortPrim *prim, unsigned *budget)
         ask(cohort_prim_child(prim, i), budget);
 }
 
+// What is written of a stage is a layer that can be read.
 static void flatten(const CohortStage *stage)
 {
     char path[64];
     CohortError err = {0};
-    layer_path(path, "flat");
-    if (cohort_stage_flatten(stage, path, &err)) {
-        CoLayer *flat = co_layer_open(path, NULL, NULL, NULL, NULL);
-        fuzz_require(flat != NULL);
-        co_layer_destroy(flat);
-    } else {
-        fuzz_require(err.code != COHORT_OK);
-    }
+    snprintf(path, sizeof path, "%s/cohort-fuzz-%ld.usda",
+             access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp", (long)getpid());
+    bool is_written = cohort_stage_flatten(stage, path, &err);
+    CoLayer *flat = is_written ? co_layer_open(path, NULL, NULL, NULL, NULL) : NULL;
+    unlink(path);
+    fuzz_require(is_written ? flat != NULL : err.code != COHORT_OK);
+    co_layer_destroy(flat);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    if (!*folder)
-        make_folder();
-    write_parts(data, size);
+    Parts parts = split(data, size);
     const CohortStageOptions options = {.max_bytes = 1 << 20,
                                         .max_depth = 64,
                                         .max_prims = PRIMS_MAX,
                                         .max_layers = 16,
                                         .max_array_length = 1 << 16,
-                                        .no_payloads = size % 16 == 1};
-    char path[64];
+                                        .no_payloads = size % 16 == 1,
+                                        .threads = 1,
+                                        .open = open_part,
+                                        .open_cookie = &parts};
     CohortError err = {0};
-    layer_path(path, names[0]);
-    CohortStage *stage = cohort_stage_open(path, &options, &err);
+    CohortStage *stage = cohort_stage_open(FOLDER "root.usda", &options, &err);
     fuzz_require(!stage == (err.code != COHORT_OK));
     if (stage) {
         unsigned budget = PRIMS_MAX;

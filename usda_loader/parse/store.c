@@ -166,7 +166,7 @@ static const void *keep(CoParser *p, const void *data, size_t size, size_t align
         return copy(p, data, size, align);
     CoKept *kept = &p->kept[hash_small(data, size) % CO_KEPT_CACHE];
     if (kept->data && kept->size == size && kept->align == align &&
-        memcmp(kept->data, data, size) == 0)
+        (!size || memcmp(kept->data, data, size) == 0))
         return kept->data;
     const void *made = copy(p, data, size, align);
     if (made)

@@ -63,16 +63,22 @@ static bool grow(Shard *shard)
 
 static const char *intern(Shard *shard, uint64_t hash, const char *text, size_t length)
 {
-    if (shard->count * 2 >= shard->capacity && !grow(shard))
-        return NULL;
-    Entry *entry = find_slot(shard->entries, shard->capacity, hash, text, length);
-    if (!entry->text) {
-        const char *copy = co_arena_string(&shard->arena, text, length);
-        if (!copy)
+    Entry *entry = NULL;
+    if (shard->capacity)
+        entry = find_slot(shard->entries, shard->capacity, hash, text, length);
+    if (entry && entry->text)
+        return entry->text;
+    // Only what is new needs memory.
+    if (shard->count * 2 >= shard->capacity) {
+        if (!grow(shard))
             return NULL;
-        *entry = (Entry){hash, copy, length};
-        shard->count++;
+        entry = find_slot(shard->entries, shard->capacity, hash, text, length);
     }
+    const char *copy = co_arena_string(&shard->arena, text, length);
+    if (!copy)
+        return NULL;
+    *entry = (Entry){hash, copy, length};
+    shard->count++;
     return entry->text;
 }
 
