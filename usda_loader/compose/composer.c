@@ -1,4 +1,4 @@
-#include "compose/composer.h"
+#include "compose/read_ahead.h"
 
 #include "base/error.h"
 
@@ -35,6 +35,8 @@ void co_composer_clear(CoComposer *c)
         if (c->files[i]->layer)
             co_layer_destroy(c->files[i]->layer);
     c->file_count = 0;
+    co_read_ahead_drop(c);
+    c->entry_capacity = 0;
     co_arena_clear(&c->scratch);
     co_arena_clear(&c->arena);
 }

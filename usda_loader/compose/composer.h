@@ -49,13 +49,17 @@ typedef struct CoFieldNames {
     const char *any_type;      // "__AnyType__": no type
 } CoFieldNames;
 
+typedef struct CoReading CoReading; // read_ahead.h
+
 // One layer, read once. `layer` is NULL if it could not be read.
 typedef struct CoLayerFile {
     const char *path; // token: absolute and normalised
     CoLayer *layer;
     const char *why; // it could not be read
     double time_codes_per_second;
-    size_t index; // in order of first use
+    size_t index;       // in order of first use
+    CoReading *reading; // the layer has been read and waits for its first use; else NULL
+    bool is_used;
 } CoLayerFile;
 
 typedef struct CoStackLayer {
@@ -113,6 +117,8 @@ typedef struct CoComposer {
     const char **muted;              // tokens
     CoLayerFile **files;
     size_t file_count, file_capacity;
+    CoLayerFile **entries; // open addressing by path: files, and what was read ahead of use
+    size_t entry_count, entry_capacity;
     CoStack **stacks;
     size_t stack_count, stack_capacity;
     CoSite **sites; // open addressing over (stack, path)

@@ -1,7 +1,7 @@
 // Layers read once each, and the stacks that sublayers make of them.
 
-#include "compose/composer.h"
 #include "compose/fields.h"
+#include "compose/read_ahead.h"
 
 #include "base/error.h"
 
@@ -30,25 +30,24 @@ static double time_codes_per_second(const CoComposer *c, const CoLayerFile *file
 
 const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortError *err)
 {
-    for (size_t i = 0; i < c->file_count; i++) {
-        if (c->files[i]->path != path)
-            continue;
-        if (!c->files[i]->layer)
-            CO_FAIL(err, COHORT_ERROR_FILE_READ, "%s", c->files[i]->why);
-        return c->files[i]->layer ? c->files[i] : NULL;
+    CoLayerFile *file = co_file_entry(c, path);
+    if (file->is_used) {
+        if (!file->layer)
+            CO_FAIL(err, COHORT_ERROR_FILE_READ, "%s", file->why);
+        return file->layer ? file : NULL;
     }
     if (c->file_count >= c->options.max_layers)
         co_composer_fail(c, COHORT_ERROR_LIMIT, "more layers than max_layers allows");
     c->files =
         co_composer_grow(c, c->files, c->file_count, &c->file_capacity, sizeof(CoLayerFile *));
-    CoLayerFile *file = co_composer_alloc(c, sizeof *file);
-    file->path = path;
     file->index = c->file_count;
+    file->is_used = true;
+    bool is_new = !file->reading;
     size_t length = strlen(path);
     if (length > 5 && !strcmp(path + length - 5, ".mtlx"))
         CO_FAIL(err, COHORT_ERROR_FILE_READ, "MaterialX documents are not supported");
     else
-        file->layer = co_layer_open(path, &c->options, c->options.report, c->options.cookie, err);
+        file->layer = co_read_ahead_take(c, file, err);
     c->files[c->file_count++] = file;
     if (!file->layer) {
         if (err->code == COHORT_ERROR_OUT_OF_MEMORY)
@@ -58,6 +57,9 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
         return NULL;
     }
     file->time_codes_per_second = time_codes_per_second(c, file);
+    // Of one that was itself read ahead, so has been all that it leads to.
+    if (is_new)
+        co_read_ahead(c, file);
     return file;
 }
 

@@ -2,6 +2,7 @@
 
 #include "compose/fields.h"
 #include "compose/population.h"
+#include "compose/read_ahead.h"
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -29,6 +30,7 @@ static bool open_root(CohortStage *stage, const char *path)
     }
     stage->stack = co_composer_root_stack(c, root, session);
     co_stage_compose(stage);
+    co_read_ahead_drop(c);
     return !c->is_strict_failure;
 }
 
