@@ -151,7 +151,9 @@ static void put_scene(Json *j, const StatsContext *c)
     close_scope(j, '}');
     open_scope(j, "builds", '{');
     count(j, "meshes", counts.scene.mesh_builds);
+    count(j, "meshes_refitted", counts.scene.mesh_refits);
     count(j, "groups", counts.scene.group_builds);
+    count(j, "groups_refitted", counts.scene.group_refits);
     count(j, "lights", counts.scene.light_builds);
     count(j, "materials", counts.scene.material_builds);
     count(j, "cameras", counts.scene.camera_builds);

@@ -21,6 +21,11 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err);
 void co_bvh_destroy(CoBvh *bvh);
 size_t co_bvh_bytes(const CoBvh *bvh);
 
+// Brings a BVH to the points of `mesh`, which takes the place of the one it was built over and
+// differs from it in nothing but points (co_mesh_same_topology). False when the BVH would be a bad
+// one or cannot follow: it must then be destroyed. Hits are those of a BVH built anew.
+bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh);
+
 // One placement, object -> group, in the group's float frame.
 typedef struct CoInstance {
     uint32_t object;
@@ -47,6 +52,11 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
                      CohortError *err);
 void co_top_destroy(CoTop *top);
 size_t co_top_bytes(const CoTop *top);
+
+// Brings a top to where the instances are now, which may be other ones but as many. False when the
+// top would be a bad one or cannot follow: it must then be destroyed. Hits are those of a top made
+// anew.
+bool co_top_refit(CoTop *top, const CoInstance *instances, uint32_t count, const CoObject *objects);
 
 // Instance paths are interned as numbers: the sum, over the levels of the path, of the number of
 // mesh paths below the instance's earlier siblings. The sums are made by co_top_create; there is

@@ -59,6 +59,14 @@ void co_tree_parts_clear(CoTreeParts *parts);
 void co_tree_clear(CoTree *tree);
 void co_prims_free(CoPrimArray *prims);
 
+// Empties a node and sets one of its children.
+void co_wide_node_clear(CoWideNode *node);
+void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref);
+
+// Measures the instances of a top again and numbers their paths. False when it is not the same ones
+// that have a box.
+bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *objects);
+
 static inline void co_box_empty(CoBox *box)
 {
     for (int k = 0; k < 3; k++) {

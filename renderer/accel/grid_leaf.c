@@ -180,6 +180,31 @@ CoLeafRule co_grid_rule(const CoMesh *mesh)
     return rule;
 }
 
+CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
+{
+    const CoPatchTable *table = mesh->patches;
+    uint32_t bits = ref >> CO_REF_COUNT_SHIFT & 7u;
+    unsigned char *leaf = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
+    if (table->level == 1)
+        return co_grid_box(mesh, ref & ~CO_REF_LEAF);
+    if (table->level == 0) {
+        CoBox all;
+        uint32_t patches[CO_LIST_PATCHES];
+        co_box_empty(&all);
+        memcpy(patches, leaf, sizeof patches);
+        for (uint32_t k = 0; k <= bits; k++) {
+            CoBox box = co_grid_box(mesh, patches[k]);
+            co_box_extend(&all, box.lo, box.hi);
+        }
+        return all;
+    }
+    CoGridLeaf old;
+    memcpy(&old, leaf, sizeof old);
+    Tile tile = {old.patch, old.i, old.j, co_patch_shift(table, co_patch_words(table, old.patch))};
+    write_tile(mesh, &tile, leaf);
+    return tile_box(mesh, &tile);
+}
+
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
 {
     bvh->patches = mesh->patches;

@@ -45,6 +45,9 @@ uint32_t co_grid_count(const CoMesh *mesh);
 CoBox co_grid_box(const CoMesh *mesh, uint32_t id);
 CoLeafRule co_grid_rule(const CoMesh *mesh);
 
+// Writes the leaf that a reference stands for again, where it holds boxes; returns its own.
+CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves);
+
 // Tells the tree where leaves are and what they refer to.
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh);
 

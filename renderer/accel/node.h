@@ -95,6 +95,7 @@ typedef struct CoTree {
     CoWideNode *nodes;
     size_t node_count, node_capacity;
     CoBox box; // of everything in it
+    double built_cost; // what a walk was expected to cost when it was built; 0: not known yet
 } CoTree;
 
 struct CoBvh {

@@ -47,10 +47,6 @@ int co_plan_children(const CoBinaryNode *nodes, size_t from, uint32_t children[C
 // How many wide nodes the subtree at `from` takes.
 size_t co_plan_count(const CoBinaryNode *nodes, size_t from);
 
-// Empties a node and sets one of its children.
-void co_wide_node_clear(CoWideNode *node);
-void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref);
-
 // Builds over a range. has_node: the root is to be a node even where it could be a leaf. False when
 // memory ends.
 bool co_subtree_build(CoSubtree *subtree, const CoRange *range, bool has_node, CoPiece *out);

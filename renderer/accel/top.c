@@ -70,12 +70,11 @@ static uint64_t object_paths(const CoObject *object)
     return object->mesh ? 1 : object->top ? object->top->path_count : 0;
 }
 
-// Numbers the paths, measures the depth and lists what has a box.
-static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *objects,
-                       CoBuildPrim *prims)
+// Numbers the paths, measures the depth and the boxes; those of what has none are empty.
+static void survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
 {
-    uint32_t used = 0;
     top->depth = 1;
+    top->path_count = 0;
     for (uint32_t i = 0; i < top->count; i++) {
         const CoObject *object = &objects[instances[i].object];
         top->first_path[i] = (uint32_t)top->path_count;
@@ -83,6 +82,20 @@ static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *
         if (object->top && object->top->depth >= top->depth)
             top->depth = object->top->depth + 1;
         if (!instance_box(&instances[i], object, &top->boxes[i]))
+            co_box_empty(&top->boxes[i]);
+    }
+}
+
+static bool has_box(const CoBox *box)
+{
+    return box->lo[0] <= box->hi[0];
+}
+
+static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
+{
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < top->count; i++) {
+        if (!has_box(&top->boxes[i]))
             continue;
         memcpy(prims[used].lo, top->boxes[i].lo, sizeof prims[used].lo);
         memcpy(prims[used].hi, top->boxes[i].hi, sizeof prims[used].hi);
@@ -91,6 +104,18 @@ static uint32_t survey(CoTop *top, const CoInstance *instances, const CoObject *
         used++;
     }
     return used;
+}
+
+bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *objects)
+{
+    for (uint32_t i = 0; i < top->count; i++) {
+        CoBox box;
+        if (instance_box(&instances[i], &objects[instances[i].object], &box) !=
+            has_box(&top->boxes[i]))
+            return false;
+    }
+    survey(top, instances, objects);
+    return top->depth <= CO_GROUP_DEPTH_MAX;
 }
 
 static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
@@ -118,7 +143,8 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
         is_built = top->boxes && top->first_path;
     }
     if (is_built) {
-        prims.count = survey(top, instances, objects, prims.prims);
+        survey(top, instances, objects);
+        prims.count = list_prims(top, prims.prims);
         is_built = top->depth <= CO_GROUP_DEPTH_MAX || CO_FAIL(err, COHORT_ERROR_LIMIT,
                                                                "groups are nested more than %d deep",
                                                                CO_GROUP_DEPTH_MAX);

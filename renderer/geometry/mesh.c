@@ -131,3 +131,24 @@ void co_mesh_destroy(CoMesh *mesh)
     }
     memset(mesh, 0, sizeof *mesh);
 }
+
+static bool same_words(const uint32_t *a, const uint32_t *b, size_t count)
+{
+    return (!a && !b) || (a && b && memcmp(a, b, count * sizeof *a) == 0);
+}
+
+static bool same_patches(const CoPatchTable *a, const CoPatchTable *b)
+{
+    return a->level == b->level && a->count == b->count && a->stride == b->stride &&
+           same_words(a->words, b->words, (size_t)a->count * a->stride) &&
+           same_words(a->first_tri, b->first_tri, (size_t)a->count + 1);
+}
+
+bool co_mesh_same_topology(const CoMesh *a, const CoMesh *b)
+{
+    if (a->point_count != b->point_count || a->tri_count != b->tri_count ||
+        !a->patches != !b->patches)
+        return false;
+    return a->patches ? same_patches(a->patches, b->patches)
+                      : same_words(a->indices, b->indices, 3 * (size_t)a->tri_count);
+}

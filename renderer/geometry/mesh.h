@@ -46,6 +46,9 @@ bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn,
                     CohortError *err);
 void co_mesh_destroy(CoMesh *mesh);
 
+// Whether two meshes have the same triangles between the same points, wherever those are.
+bool co_mesh_same_topology(const CoMesh *a, const CoMesh *b);
+
 // What a hit point looks like, object space.
 typedef struct CoSurface {
     CoVec3 p;        // on the triangle

@@ -222,16 +222,9 @@ static bool moved_mesh_create(const CohortMeshDesc *desc, CoSceneObject *object,
     return ok;
 }
 
-bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMeshDesc *desc,
-                           CohortError *err)
+static bool make_mesh(CohortScene *scene, CoSceneObject *o, const CohortMeshDesc *desc,
+                      CohortError *err)
 {
-    if (!check_object(scene, object, err))
-        return false;
-    CO_CHECK(object != 0, err, COHORT_ERROR_ARGUMENT, "object 0 is the root group, not a mesh");
-    CoSceneObject *o = &scene->objects[object];
-    object_clear(o);
-    scene->is_committed = false;
-    scene->counts.mesh_builds++;
     MeshWarning warning = {scene, desc->path};
     choose_origin(desc, o->origin);
     bool is_moved = o->origin[0] != 0.0 || o->origin[1] != 0.0 || o->origin[2] != 0.0;
@@ -244,6 +237,33 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
             (desc->subset_count + 1) * sizeof *slotted.subsets);
     if (ok)
         o->kind = CO_OBJECT_MESH;
+    return ok;
+}
+
+bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMeshDesc *desc,
+                           CohortError *err)
+{
+    if (!check_object(scene, object, err))
+        return false;
+    CO_CHECK(object != 0, err, COHORT_ERROR_ARGUMENT, "object 0 is the root group, not a mesh");
+    CoSceneObject *o = &scene->objects[object], before = {.kind = CO_OBJECT_EMPTY};
+    if (o->bvh) { // kept until it is known whether only the points have moved
+        before.mesh = o->mesh;
+        before.bvh = o->bvh;
+        o->bvh = NULL;
+        memset(&o->mesh, 0, sizeof o->mesh);
+    }
+    object_clear(o);
+    scene->is_committed = false;
+    scene->counts.mesh_builds++;
+    bool ok = make_mesh(scene, o, desc, err);
+    if (ok && before.bvh && co_mesh_same_topology(&before.mesh, &o->mesh)) {
+        o->bvh = before.bvh;
+        o->is_deformed = true;
+        before.bvh = NULL;
+    }
+    co_bvh_destroy(before.bvh);
+    co_mesh_destroy(&before.mesh);
     return ok;
 }
 
@@ -274,7 +294,10 @@ bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortIns
         if (!check_object(scene, instances[i].object, err))
             return false;
     CoSceneObject *o = &scene->objects[object];
+    CoTop *kept = o->top; // the commit may refit it
+    o->top = NULL;
     object_clear(o);
+    o->top = kept;
     o->kind = CO_OBJECT_GROUP;
     scene->is_committed = false;
     if (count == 0)

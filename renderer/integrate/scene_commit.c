@@ -24,6 +24,10 @@ static void build_meshes(void *context, size_t begin, size_t end, uint32_t worke
     const MeshBuilds *b = context;
     for (size_t i = begin; i < end; i++) {
         CoSceneObject *o = &b->scene->objects[b->list[i]];
+        if (o->is_deformed && co_bvh_refit(o->bvh, &o->mesh))
+            continue;
+        o->is_deformed = false;
+        co_bvh_destroy(o->bvh);
         o->bvh = co_bvh_create(&o->mesh, &b->errors[i]);
     }
 }
@@ -33,6 +37,11 @@ static bool commit_mesh_list(MeshBuilds *builds, size_t small, size_t count, Coh
     co_parallel_for(small, 1, build_meshes, builds);
     for (size_t i = small; i < count; i++)
         build_meshes(builds, i, i + 1, 0);
+    for (size_t i = 0; i < count; i++) {
+        CoSceneObject *o = &builds->scene->objects[builds->list[i]];
+        builds->scene->counts.mesh_refits += o->is_deformed;
+        o->is_deformed = false;
+    }
     for (size_t i = 0; i < count; i++)
         if (builds->errors[i].code != COHORT_OK) {
             if (err && err->code == COHORT_OK)
@@ -52,7 +61,7 @@ static bool commit_meshes(CohortScene *scene, CohortError *err)
         for (uint32_t i = 0; i < n; i++) {
             const CoSceneObject *o = &scene->objects[i];
             bool is_large = o->mesh.tri_count > PARALLEL_BUILD_TRIANGLES;
-            if (o->kind == CO_OBJECT_MESH && !o->bvh && is_large == (pass == 1))
+            if (o->kind == CO_OBJECT_MESH && (!o->bvh || o->is_deformed) && is_large == (pass == 1))
                 list[count++] = i;
         }
         if (pass == 0)
@@ -167,7 +176,10 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
 {
     static const double no_frame[3] = {0.0, 0.0, 0.0};
     CoSceneObject *o = &scene->objects[id];
+    CoTop *kept = o->top;
+    o->top = NULL;
     co_scene_object_release(o);
+    o->top = kept;
     double box[6];
     group_box(scene, o, box);
     if (id == 0) {
@@ -186,6 +198,11 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
                  "out of memory for %u instances", o->edit_count);
         place_instances(scene, o, frame);
     }
+    if (kept && co_top_refit(kept, o->instances, o->instance_count, scene->accel_objects)) {
+        scene->counts.group_refits++;
+        return true;
+    }
+    co_top_destroy(kept);
     o->top = co_top_create(o->instances, o->instance_count, scene->accel_objects, err);
     scene->counts.group_builds++;
     return o->top != NULL;

@@ -33,6 +33,7 @@ typedef struct CoSceneObject {
     uint32_t *materials; // mesh: [material_slots] material of each slot, COHORT_INVALID_ID = none
     uint32_t material_slots;
     CoBvh *bvh;
+    bool is_deformed; // mesh: bvh is of the points before the edit, and can be refitted
     CohortInstanceDesc *edits; // group: as given; display_color points into edit_colors
     float *edit_colors;        // [edit_count][3]
     uint32_t edit_count;

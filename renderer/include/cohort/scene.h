@@ -285,7 +285,9 @@ typedef struct CohortSceneOptions {
 // What the commits of a scene have rebuilt so far; each commit adds to it.
 typedef struct CohortSceneCounts {
     uint64_t mesh_builds;   // tessellations and bottom-level BVHs
+    uint64_t mesh_refits;   // of these, BVHs that only took new points
     uint64_t group_builds;  // top-level BVHs
+    uint64_t group_refits;  // top-level BVHs that only took new boxes
     uint64_t material_binds; // cohort_scene_set_mesh_materials
     uint64_t light_builds, material_builds, camera_builds, texture_opens;
     uint64_t triangle_count, mesh_count, instance_count; // of the scene as it stands
