@@ -1,10 +1,10 @@
 #include "accel/build.h"
 
 #include "accel/grid_leaf.h"
-#include "accel/lanes4.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "simd/lanes4.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
 #define CO_ACCEL_SPLIT_H
 
 #include "accel/build.h"
-#include "accel/lanes4.h"
+#include "simd/lanes4.h"
 
 enum {
     CO_SPLIT_DEPTH = 60, // from here on ranges are halved, so that no tree is deeper than 93
@@ -72,7 +72,6 @@ CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBo
 
 // Keeps the order within both sides; returns how many are left.
 size_t co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, CoBuildPrim *moved);
-
 
 // The halves of a range that was split like this; axis -1: in the middle.
 void co_split_give(const CoSplit *split, const CoBuildPrim *prims, const CoRange *range,

@@ -4,8 +4,8 @@
 // max follow SSE: a < b ? a : b, hence the second operand when one is NaN. All operations round
 // once, so both forms of this file give the same bits.
 
-#ifndef CO_ACCEL_LANES4_H
-#define CO_ACCEL_LANES4_H
+#ifndef CO_SIMD_LANES4_H
+#define CO_SIMD_LANES4_H
 
 #include <stdint.h>
 #include <string.h>
