@@ -126,7 +126,7 @@ bool co_prim_field(const CohortPrim *prim, const char *property, const char *key
     const CohortStage *stage = prim->data->stage;
     const char *token = co_token(key, strlen(key));
     if (property)
-        property = co_token(property, strlen(property));
+        property = co_property_token(prim, property);
     if (!token)
         return false;
     // The common case needs no memory: one opinion, and of a plain kind.

@@ -7,6 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+const char *co_property_token(const CohortPrim *prim, const char *name)
+{
+    // Callers mostly have the name from the stage, which gives out tokens.
+    for (uint32_t i = 0; i < prim->data->opinion_count; i++)
+        if (co_spec_property(prim->data->opinions[i].spec, name))
+            return name;
+    return co_token(name, strlen(name));
+}
+
 CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name)
 {
     return (CoPropertyWalk){.prim = prim, .name = name, .kind = CO_SPEC_LAYER};
@@ -216,7 +225,7 @@ const char *cohort_prim_property_name(const CohortPrim *prim, size_t i)
 
 static CoSpecKind property_kind(const CohortPrim *prim, const char *name)
 {
-    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
+    CoPropertyWalk walk = co_property_walk(prim, co_property_token(prim, name));
     return co_property_next(&walk) ? walk.kind : CO_SPEC_LAYER;
 }
 
@@ -233,7 +242,7 @@ bool cohort_prim_has_relationship(const CohortPrim *prim, const char *name)
 bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char **layer,
                         uint32_t *line)
 {
-    CoPropertyWalk walk = co_property_walk(prim, co_token(property, strlen(property)));
+    CoPropertyWalk walk = co_property_walk(prim, co_property_token(prim, property));
     if (!co_property_next(&walk))
         return false;
     *layer = walk.source->file->path;

@@ -159,6 +159,9 @@ typedef struct CoPropertyWalk {
 CoPropertyWalk co_property_walk(const CohortPrim *prim, const char *name);
 bool co_property_next(CoPropertyWalk *walk);
 
+// The token of a property's name. A token that the prim has a property of need not be looked up.
+const char *co_property_token(const CohortPrim *prim, const char *name);
+
 // ---- Values
 // --------------------------------------------------------------------------------------- A value
 // as its layer means it, in stage terms: times scaled. Allocates only where it must.
@@ -179,6 +182,7 @@ typedef struct CoValueSource {
     const CoSource *source;
     const CoSpec *spec; // NULL when the value comes from clips
 } CoValueSource;
+bool co_prim_value(const CohortPrim *prim, const char *token, double time, CohortValue *out);
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
 
 // An array of `type` with edits applied; base->count may be 0.

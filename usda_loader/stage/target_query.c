@@ -107,7 +107,7 @@ static size_t query(const CohortPrim *prim, const char *name, CoSpecKind kind,
     const CohortStage *stage = prim->data->stage;
     const CoFieldNames *names = &stage->composer.names;
     const char *field = kind == CO_SPEC_ATTRIBUTE ? names->connectionPaths : names->targetPaths;
-    CoQueryKey key = {prim, co_token(name, strlen(name)), CO_QUERY_TARGETS | (uint64_t)kind << 8,
+    CoQueryKey key = {prim, co_property_token(prim, name), CO_QUERY_TARGETS | (uint64_t)kind << 8,
                       0};
     if (!key.detail)
         return 0;

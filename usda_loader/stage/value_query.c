@@ -44,7 +44,7 @@ static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
 
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default)
 {
-    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
+    CoPropertyWalk walk = co_property_walk(prim, co_property_token(prim, name));
     return next_source(&walk, at_default);
 }
 
@@ -150,10 +150,15 @@ static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out)
     return plain_value(walk, &from, &samples->values[i], time, out);
 }
 
+bool co_prim_value(const CohortPrim *prim, const char *token, double time, CohortValue *out)
+{
+    CoPropertyWalk walk = co_property_walk(prim, token);
+    return value_at(&walk, time, out);
+}
+
 bool cohort_prim_value(const CohortPrim *prim, const char *name, double time, CohortValue *out)
 {
-    CoPropertyWalk walk = co_property_walk(prim, co_token(name, strlen(name)));
-    return value_at(&walk, time, out);
+    return co_prim_value(prim, co_property_token(prim, name), time, out);
 }
 
 size_t cohort_prim_time_samples(const CohortPrim *prim, const char *name, const double **times)

@@ -180,8 +180,9 @@ bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out
     bool does_reset = false;
     set_identity(out);
     CohortValue order;
-    bool has_order = cohort_prim_value(prim, "xformOpOrder", COHORT_TIME_DEFAULT, &order) &&
-                     order.type == COHORT_TYPE_TOKEN;
+    const char *token = prim->data->stage->composer.names.xformOpOrder;
+    bool has_order =
+        co_prim_value(prim, token, COHORT_TIME_DEFAULT, &order) && order.type == COHORT_TYPE_TOKEN;
     const CohortString *names = has_order ? order.data : NULL;
     size_t first = 0, count = has_order ? order.count : 0;
     for (size_t i = 0; i < count; i++) {
