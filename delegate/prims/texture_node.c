@@ -72,12 +72,30 @@ static bool ends_with_ptx(const char *path)
     return length >= 4 && strcmp(path + length - 4, ".ptx") == 0;
 }
 
+// Where st is one point of the image for the whole surface, the texture is a color: a filter that
+// reached over the border, as at the default (0, 0), would take three quarters of it away.
+static void keep_point_inside(const CoNetwork *net, const CohortMaterialNode *node,
+                              CohortTextureDesc *desc)
+{
+    const CohortNodeInput *st = co_network_input(node, "st");
+    float point[2] = {0.0f, 0.0f};
+    if (co_network_source(net, st))
+        return;
+    numbers_of(st, point, 2);
+    CohortWrap *wraps[2] = {&desc->wrap_s, &desc->wrap_t};
+    for (int k = 0; k < 2; k++)
+        if ((*wraps[k] == COHORT_WRAP_USE_METADATA || *wraps[k] == COHORT_WRAP_BLACK) &&
+            point[k] >= 0.0f && point[k] <= 1.0f)
+            *wraps[k] = COHORT_WRAP_CLAMP;
+}
+
 static void read_uv_node(CoNetwork *net, const CohortMaterialNode *node,
                          const CohortNodeInput *file, CohortTextureDesc *desc)
 {
     desc->is_ptex = ends_with_ptx(desc->path);
     desc->wrap_s = wrap_of(net, node, "wrapS");
     desc->wrap_t = wrap_of(net, node, "wrapT");
+    keep_point_inside(net, node, desc);
     set_color_space(net, node, file, string_of(co_network_input(node, "sourceColorSpace")), desc);
     numbers_of(co_network_input(node, "fallback"), desc->fallback, 4);
 }

@@ -93,7 +93,7 @@ static void test_uv_texture(void **state)
     assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_TEXTURE);
     assert_int_equal(fake.materials[0].diffuse_color.channel, 1);
     assert_int_equal(fake.textures[0].wrap_s, COHORT_WRAP_REPEAT);
-    assert_int_equal(fake.textures[0].wrap_t, COHORT_WRAP_USE_METADATA);
+    assert_int_equal(fake.textures[0].wrap_t, COHORT_WRAP_CLAMP); // one point: no border
     assert_int_equal(fake.textures[0].color_space, COHORT_COLOR_RAW);
     assert_non_null(report_of("wrapT"));
     assert_true(fake.lookups[0][0].scale[2] == 1.0f);
@@ -101,6 +101,21 @@ static void test_uv_texture(void **state)
     // The same texture again is the same texture.
     sync_with_node("UsdUVTexture", inputs, 4);
     assert_int_equal(fake.texture_count, 1);
+}
+
+// A constant st outside the image still meets the border.
+static void test_point_outside_keeps_its_wrap(void **state)
+{
+    (void)state;
+    CohortNodeInput inputs[] = {text_input("file", "a.png"),
+                                {.name = "st", .source_node = -1, .components = 2},
+                                text_input("wrapS", "black")};
+    inputs[1].value[0] = 1.5f;
+    inputs[1].value[1] = 0.5f;
+    sync_with_node("UsdUVTexture", inputs, 3);
+    assert_int_equal(fake.textures[0].wrap_s, COHORT_WRAP_BLACK);
+    assert_int_equal(fake.textures[0].wrap_t, COHORT_WRAP_CLAMP);
+    assert_true(fake.lookups[0][0].st_fallback[0] == 1.5f);
 }
 
 static void test_missing_file_gives_the_fallback(void **state)
@@ -262,6 +277,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_uv_texture, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_point_outside_keeps_its_wrap, setup, teardown),
         cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup, teardown),
         cmocka_unit_test_setup_teardown(test_lost_relief_is_flat, setup, teardown),
         cmocka_unit_test_setup_teardown(test_ptex_nodes, setup, teardown),
