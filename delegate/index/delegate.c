@@ -36,20 +36,6 @@ void cohort_delegate_destroy(CohortDelegate *delegate)
 
 // ---- Settings ----------------------------------------------------------------------------------
 
-// What a host may switch that has no meaning here is reported, so that it does not fail silently.
-static void report_unsupported(CohortDelegate *delegate, CoSetting setting)
-{
-    if (setting == CO_SETTING_ENABLE_SHADOWS &&
-        !delegate->settings.values[CO_SETTING_ENABLE_SHADOWS].boolean)
-        cohort_delegate_report_add(delegate, COHORT_SEVERITY_WARNING, "", "enableShadows", "false",
-                                   "shadows are rendered");
-    if (setting == CO_SETTING_DOME_LIGHT_CAMERA_VISIBILITY &&
-        !delegate->settings.values[CO_SETTING_DOME_LIGHT_CAMERA_VISIBILITY].boolean)
-        cohort_delegate_report_add(delegate, COHORT_SEVERITY_WARNING, "",
-                                   "domeLightCameraVisibility", "false",
-                                   "the camera sees domes; cohort:hideLights hides all lights");
-}
-
 bool cohort_delegate_set(CohortDelegate *delegate, const char *key, const CohortSettingValue *value,
                          CohortError *err)
 {
@@ -59,10 +45,8 @@ bool cohort_delegate_set(CohortDelegate *delegate, const char *key, const Cohort
     bool changed = false;
     if (!co_settings_set(&delegate->settings, setting, value, &changed, err))
         return false;
-    if (changed) {
-        report_unsupported(delegate, setting);
+    if (changed)
         co_index_setting_changed(delegate->index, setting);
-    }
     return true;
 }
 

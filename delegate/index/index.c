@@ -304,7 +304,7 @@ void co_index_setting_changed(CohortRenderIndex *index, CoSetting setting)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_DISPLAY_STYLE);
     if (setting == CO_SETTING_ENABLE_SCENE_MATERIALS)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);
-    if (setting == CO_SETTING_ENABLE_SCENE_LIGHTS)
+    if (setting == CO_SETTING_ENABLE_SCENE_LIGHTS || setting == CO_SETTING_ENABLE_SHADOWS)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_LIGHT, COHORT_DIRTY_VISIBILITY);
     if (setting == CO_SETTING_RENDERING_COLOR_SPACE || setting == CO_SETTING_OCIO_CONFIG ||
         setting == CO_SETTING_PTEX_REDUCTIONS_AUTHORED)

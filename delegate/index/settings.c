@@ -169,6 +169,7 @@ void co_settings_render(const CoSettings *settings, CohortRenderSettings *out)
         .no_light_samples_after_split = v[CO_SETTING_NO_LIGHT_SAMPLES_AFTER_SPLIT].boolean,
         .filter = (CohortFilter)choice_of(settings, CO_SETTING_FILTER),
         .hide_lights = v[CO_SETTING_HIDE_LIGHTS].boolean,
+        .hide_domes = !v[CO_SETTING_DOME_LIGHT_CAMERA_VISIBILITY].boolean,
         .seed = (uint32_t)v[CO_SETTING_SEED].integer,
         .noise = noise > 0.0 ? noise : sqrt(variance),
         .texture_level0 = v[CO_SETTING_TEXTURE_LEVEL0].boolean,

@@ -93,7 +93,8 @@ static const CohortSettingDescriptor table[CO_SETTING_COUNT] = {
         STRING("cohort:convertedFolder", "", NULL, false,
                "Where converted textures are kept; empty = the user's cache."),
     [CO_SETTING_ENABLE_SHADOWS] =
-        SWITCH("enableShadows", NULL, TRUE_VALUE, true, "Only true is supported."),
+        SWITCH("enableShadows", NULL, TRUE_VALUE, true,
+               "Off: no surface keeps the light of a lamp from another."),
     [CO_SETTING_ENABLE_SCENE_MATERIALS] =
         SWITCH("enableSceneMaterials", NULL, TRUE_VALUE, true,
                "Off: every mesh is Lambertian with its displayColor."),
@@ -101,7 +102,7 @@ static const CohortSettingDescriptor table[CO_SETTING_COUNT] = {
         SWITCH("enableSceneLights", NULL, TRUE_VALUE, true, "Off: no light contributes."),
     [CO_SETTING_DOME_LIGHT_CAMERA_VISIBILITY] =
         SWITCH("domeLightCameraVisibility", NULL, TRUE_VALUE, true,
-               "Only true is supported; cohort:hideLights hides all lights from the camera."),
+               "Off: the camera does not see dome lights; cohort:hideLights hides all."),
     [CO_SETTING_CONVERGED_VARIANCE] =
         DOUBLE("convergedVariance", NULL, 0.0, 0.0, 1.0, true,
                "Stop when the mean relative variance is below this; cohort:noise wins."),

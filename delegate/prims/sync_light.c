@@ -27,6 +27,8 @@ bool co_sync_light(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, Coh
     memcpy(desc.transform, prim->transform, sizeof desc.transform);
     desc.hidden = !given || !prim->is_visible ||
                   !index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_LIGHTS].boolean;
+    if (!index->delegate->settings.values[CO_SETTING_ENABLE_SHADOWS].boolean)
+        desc.no_shadow = true;
     index->counts.lights_set++;
     index->needs_commit = true;
     if (cohort_scene_set_light(index->scene, prim->id, &desc, &reason) && given)

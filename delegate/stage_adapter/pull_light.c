@@ -97,7 +97,6 @@ static void report_unsupported(const CohortAdapter *a, const CohortPrim *prim)
     if (!cohort_prim_bool(prim, "collection:lightLink:includeRoot", a->time, true))
         co_adapter_report(a, prim, "collection:lightLink:includeRoot", "false",
                           "no linking: lights everything");
-    report_unless(a, prim, "inputs:shadow:enable", 1.0, "casts shadows");
     report_unless(a, prim, "inputs:shadow:distance", -1.0, "shadows at any distance");
     report_unless(a, prim, "inputs:shadow:falloff", -1.0, "shadows without falloff");
     const CohortAsset *ies;
@@ -132,6 +131,7 @@ static void read_light(const CohortAdapter *a, const CohortPrim *prim, CohortLig
     out->enable_color_temperature =
         cohort_prim_bool(prim, name_of(prim, "inputs:enableColorTemperature"), a->time, false);
     out->normalize = cohort_prim_bool(prim, name_of(prim, "inputs:normalize"), a->time, false);
+    out->no_shadow = !cohort_prim_bool(prim, name_of(prim, "inputs:shadow:enable"), a->time, true);
     if (out->type == COHORT_LIGHT_RECT || out->type == COHORT_LIGHT_DOME)
         read_texture(a, prim, out);
     report_unsupported(a, prim);

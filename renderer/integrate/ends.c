@@ -21,12 +21,18 @@ float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emi
 typedef struct Collector {
     CohortRender *render;
     const uint32_t *words;
-    bool is_camera_miss, has_covered;
+    bool is_camera, is_camera_miss, has_covered;
+    bool is_shadowless; // collects those lights alone that no surface keeps back
 } Collector;
 
 static void collect(void *context, const CoLightHit *hit)
 {
     Collector *c = context;
+    const CoLights *lights = c->render->scene->lights;
+    if (c->is_camera && c->render->settings.hide_domes && co_light_is_dome(lights, hit->emitter))
+        return;
+    if (!c->is_camera && co_light_is_shadowless(lights, hit->emitter) != c->is_shadowless)
+        return;
     CoRay ray;
     co_ray_decode(c->words, c->render->ray_options, &ray);
     float share = co_mis_emission(c->render, &ray, hit->emitter);
@@ -78,7 +84,10 @@ static void collect_lights(CohortRender *render, size_t i, const uint32_t *words
     float t = render->batch.hits.t[i];
     if (render->settings.hide_lights && is_camera)
         return;
-    Collector collector = {render, words, is_camera && t == INFINITY, false};
+    Collector collector = {.render = render,
+                           .words = words,
+                           .is_camera = is_camera,
+                           .is_camera_miss = is_camera && t == INFINITY};
     CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
     CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
     float nearest = collector.is_camera_miss
@@ -88,6 +97,12 @@ static void collect_lights(CohortRender *render, size_t i, const uint32_t *words
     if (nearest < INFINITY)
         t = nearest * (1.0f + 0x1p-23f);
     co_light_collect(render->scene->lights, org, dir, rays->tnear[i], t, collect, &collector);
+    // A ray that goes on behind a cut-out has collected these where it began.
+    bool is_first = !is_camera && rays->tnear[i] == 0.0f;
+    if (!is_first || !co_lights_have_shadowless(render->scene->lights))
+        return;
+    collector.is_shadowless = true;
+    co_light_collect(render->scene->lights, org, dir, 0.0f, INFINITY, collect, &collector);
 }
 
 // Settles ray i of the batch as far as that needs no surface; *hit receives what shading needs.

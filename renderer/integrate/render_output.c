@@ -87,7 +87,7 @@ static uint64_t film_key(const CohortRender *r, uint64_t stage_hash)
     uint64_t words[] = {s->width,         s->height,
                         s->max_depth,     s->first_hit_samples,
                         s->light_samples, s->no_light_samples_after_split,
-                        s->filter,        s->hide_lights,
+                        s->filter,        (uint64_t)s->hide_lights | (uint64_t)s->hide_domes << 1,
                         s->seed,          s->aovs,
                         s->texture_level0};
     return co_hash_bytes(words, sizeof words, stage_hash);

@@ -6,7 +6,7 @@
 #include "base/parallel.h"
 #include "sort/ray_sort.h"
 
-// Light rays end at their emitter, camera rays at the far clip or at the light they show: a lamp in the
+// Light rays end at their emitter, where they start if nothing blocks it, camera rays at the far clip or at the light they show: a lamp in the
 // picture hides what is behind it, though it blocks no other ray. The rest have no end.
 static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
@@ -26,8 +26,9 @@ static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
             CoVec3 org = co_vec3(b->rays.org_x[i], b->rays.org_y[i], b->rays.org_z[i]);
             CoVec3 dir = co_vec3(b->rays.dir_x[i], b->rays.dir_y[i], b->rays.dir_z[i]);
             CoVec3 radiance;
-            b->rays.tfar[i] =
-                co_light_ray_end(scene->lights, org, dir, co_ray_emitter(words), &radiance);
+            uint32_t emitter = co_ray_emitter(words);
+            float t = co_light_ray_end(scene->lights, org, dir, emitter, &radiance);
+            b->rays.tfar[i] = co_light_is_shadowless(scene->lights, emitter) ? 0.0f : t;
         }
     }
 }

@@ -41,6 +41,11 @@ uint32_t co_lights_count(const CoLights *lights); // those that can contribute
 // Brightest radiance any light can show, for the film's unit; irradiance for delta distant lights.
 float co_lights_max_radiance(const CoLights *lights);
 
+bool co_light_is_dome(const CoLights *lights, uint32_t emitter);
+// Whether surfaces do not keep this light from others (CohortLightDesc.no_shadow), or any light.
+bool co_light_is_shadowless(const CoLights *lights, uint32_t emitter);
+bool co_lights_have_shadowless(const CoLights *lights);
+
 typedef struct CoLightSample {
     uint32_t emitter;
     CoVec3 wi;     // unit, towards the light

@@ -22,6 +22,7 @@ typedef struct CoLight {
     bool is_active;       // can contribute anywhere
     bool is_delta;        // distant, parallel
     bool is_shaped;       // focus or cone
+    bool is_shadowless;
     bool is_right_angled; // rect: edges orthogonal; sphere: round
     float diffuse;
     CoVec3 radiance; // where texture and shaping are 1; irradiance for delta lights
@@ -47,7 +48,7 @@ typedef struct CoLight {
 
 struct CoLights {
     CoLight *lights;
-    uint32_t count, active_count;
+    uint32_t count, active_count, shadowless_count;
     float max_radiance;
 };
 

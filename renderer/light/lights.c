@@ -46,6 +46,8 @@ CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *ima
         }
         if (light->is_active) {
             lights->active_count++;
+            light->is_shadowless = descs[i].no_shadow;
+            lights->shadowless_count += descs[i].no_shadow;
             lights->max_radiance = co_max(lights->max_radiance, brightest(light));
         }
     }
@@ -70,6 +72,21 @@ uint32_t co_lights_count(const CoLights *lights)
 float co_lights_max_radiance(const CoLights *lights)
 {
     return lights->max_radiance;
+}
+
+bool co_light_is_dome(const CoLights *lights, uint32_t emitter)
+{
+    return emitter < lights->count && lights->lights[emitter].type == COHORT_LIGHT_DOME;
+}
+
+bool co_light_is_shadowless(const CoLights *lights, uint32_t emitter)
+{
+    return emitter < lights->count && lights->lights[emitter].is_shadowless;
+}
+
+bool co_lights_have_shadowless(const CoLights *lights)
+{
+    return lights->shadowless_count > 0;
 }
 
 // Sum over all lights, in their order; the first CACHED terms are kept.

@@ -191,6 +191,22 @@ static void test_rebinding_builds_nothing(void **state)
     assert_int_equal(fake.set_mesh_calls, 1);
 }
 
+static void test_shadows_are_a_light_s_or_the_host_s(void **state)
+{
+    (void)state;
+    insert(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync();
+    assert_false(fake.lights[0].no_shadow);
+    cohort_delegate_set_bool(delegate, "enableShadows", false, NULL);
+    sync();
+    assert_true(fake.lights[0].no_shadow);
+    assert_int_equal(fake.set_mesh_calls, 1);
+    cohort_delegate_set_bool(delegate, "enableShadows", true, NULL);
+    sync();
+    assert_false(fake.lights[0].no_shadow);
+}
+
 static void test_visibility_hides(void **state)
 {
     (void)state;
@@ -405,6 +421,7 @@ int main(void)
                                         teardown),
         cmocka_unit_test_setup_teardown(test_each_bit_is_counted_alone, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rebinding_builds_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_shadows_are_a_light_s_or_the_host_s, setup, teardown),
         cmocka_unit_test_setup_teardown(test_visibility_hides, setup, teardown),
         cmocka_unit_test_setup_teardown(test_remove_empties_the_scene, setup, teardown),
         cmocka_unit_test_setup_teardown(test_prototype_exists_once, setup, teardown),

@@ -110,13 +110,17 @@ static void test_bad_values_are_named(void **state)
     assert_false(cohort_delegate_get(delegate, "cohort:speed", &number));
 }
 
-static void test_unsupported_switches_are_reported(void **state)
+static void test_switches_reach_the_renderer(void **state)
 {
     (void)state;
-    assert_true(cohort_delegate_set_bool(delegate, "enableShadows", false, NULL));
+    CohortRenderSettings settings;
+    cohort_delegate_render_settings(delegate, &settings);
+    assert_false(settings.hide_domes);
+    assert_true(cohort_delegate_set_bool(delegate, "domeLightCameraVisibility", false, NULL));
+    cohort_delegate_render_settings(delegate, &settings);
+    assert_true(settings.hide_domes && !settings.hide_lights);
     const CohortReportEntry *entries;
-    assert_int_equal(cohort_delegate_report(delegate, &entries), 1);
-    assert_string_equal(entries[0].name, "enableShadows");
+    assert_int_equal(cohort_delegate_report(delegate, &entries), 0);
 }
 
 int main(void)
@@ -126,7 +130,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_equal_value_is_no_change, setup, teardown),
         cmocka_unit_test_setup_teardown(test_aliases_reach_the_renderer, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bad_values_are_named, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_unsupported_switches_are_reported, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_switches_reach_the_renderer, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -60,6 +60,7 @@ typedef struct CohortRenderSettings {
     bool no_light_samples_after_split; // --preset paper
     CohortFilter filter;
     bool hide_lights; // from the camera's own rays
+    bool hide_domes;  // the same for dome lights alone
     uint32_t seed;
     uint32_t aovs; // CohortAov bits
     double noise;  // stop at a round whose mean relative error is below this, 0 = off

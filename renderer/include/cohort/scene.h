@@ -202,7 +202,7 @@ typedef struct CohortMaterialDesc {
     const char *path;
     CohortInput diffuse_color, emissive_color, specular_color, metallic, roughness, clearcoat,
         clearcoat_roughness, opacity, ior, normal;
-    bool lambert; // diffuse, emission and opacity alone: no specular lobe, no coat
+    bool lambert; // diffuse, emission and cut-outs alone: no specular lobe, no coat
     bool use_specular_workflow;
     bool opacity_presence; // opacityMode = presence
     float opacity_threshold;
@@ -249,7 +249,8 @@ typedef struct CohortLightDesc {
     float shaping_focus_tint[3];
     float shaping_cone_angle_degrees; // 90 = none
     float shaping_cone_softness;
-    bool hidden; // invisible: contributes nothing
+    bool hidden;    // invisible: contributes nothing
+    bool no_shadow; // no surface keeps its light from another; the camera sees it as any light
 } CohortLightDesc;
 
 CohortLightDesc cohort_light_default(CohortLightType type);
