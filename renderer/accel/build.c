@@ -1,6 +1,6 @@
 #include "accel/build.h"
 
-#include "accel/subtree.h"
+#include "accel/open.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -10,9 +10,6 @@
 #define TAG CO_MEMORY_ACCEL
 
 enum {
-    SUBTREE_SHARE = 128, // a subtree is at most this part of the whole,
-    SUBTREE_MIN = 4096,  // within these bounds
-    SUBTREE_MAX = 16384,
     ROUND_SHARE = 12 // this part of the subtrees is under way at once
 };
 
@@ -27,15 +24,12 @@ typedef struct Build {
     const CoLeafRule *rule;
     CoTreeParts *out;
     CohortError *err;
-    CoRange *ranges; // of the subtrees
-    CoPiece *pieces;
-    CoSubtree *workers;   // scratch
-    CoBinaryNode *binary; // of the top; a leaf's `first` is its subtree's number
-    Parent *parents;      // of the subtrees
-    size_t range_count, range_capacity, binary_count, binary_capacity;
+    CoOpening opening;  // the ranges of the subtrees
+    CoPiece *pieces;    // the subtrees
+    Parent *parents;    // of the subtrees
+    CoSubtree *workers; // scratch
+    size_t worker_count;
     size_t round; // first subtree of the round
-    size_t worker_count, largest;
-    double scale;
     _Atomic bool is_out_of_memory;
 } Build;
 
@@ -79,85 +73,15 @@ static bool resize(void **array, size_t *capacity, size_t count, size_t element)
     return true;
 }
 
-static size_t largest_subtree(size_t count)
-{
-    size_t share = count / SUBTREE_SHARE;
-    return share < SUBTREE_MIN ? SUBTREE_MIN : share > SUBTREE_MAX ? SUBTREE_MAX : share;
-}
-
-static bool reserve(void **array, size_t *capacity, size_t count, size_t element)
-{
-    return count < *capacity || resize(array, capacity, 2 * *capacity + 64, element);
-}
-
-static bool reserve_range(Build *build)
-{
-    void *ranges = build->ranges, *binary = build->binary;
-    bool is_done =
-        reserve(&ranges, &build->range_capacity, build->range_count, sizeof *build->ranges);
-    build->ranges = ranges;
-    is_done = is_done && reserve(&binary, &build->binary_capacity, build->binary_count,
-                                 sizeof *build->binary);
-    build->binary = binary;
-    return is_done;
-}
-
-// Splits a range with all threads until what is left is small.
-static bool open_range(Build *build, CoWideSplit *split, const CoRange *range)
-{
-    if (!reserve_range(build))
-        return false;
-    size_t index = build->binary_count++;
-    build->binary[index] = (CoBinaryNode){.box = range->box, .count = range->count};
-    if (range->count <= build->largest) {
-        build->binary[index].first = (uint32_t)build->range_count;
-        build->ranges[build->range_count++] = *range;
-        co_plan_node(&build->binary[index], NULL, NULL, build->scale);
-        return true;
-    }
-    CoRange halves[2];
-    co_wide_split_range(split, build->prims->prims, range, halves);
-    if (!open_range(build, split, &halves[0]))
-        return false;
-    size_t right = build->binary_count;
-    if (!open_range(build, split, &halves[1]))
-        return false;
-    CoBinaryNode *node = &build->binary[index];
-    node->right = (uint32_t)right;
-    co_plan_node(node, node + 1, &build->binary[right], build->scale);
-    return true;
-}
-
-static bool open_ranges(Build *build)
-{
-    CoPrimArray *prims = build->prims;
-    CoRange all = {.count = (uint32_t)prims->count};
-    build->largest = largest_subtree(prims->count);
-    CoWideSplit *split = NULL;
-    if (prims->count > build->largest) {
-        split = co_wide_split_create(prims->count);
-        if (!split)
-            return false;
-    }
-    all.box = split ? co_wide_split_box(split, prims->prims, prims->count)
-                    : co_box4_store(co_prim_box(prims->prims, prims->count));
-    build->out->tree.box = all.box;
-    double area = co_box_area(&all.box);
-    build->scale = area > 0.0 ? 1.0 / area : 0.0;
-    bool is_done = open_range(build, split, &all);
-    co_wide_split_destroy(split);
-    return is_done;
-}
-
 // The wide nodes above the subtrees, whose references are put in as they become known.
 static uint32_t write_top(Build *build, uint32_t from)
 {
     uint32_t index = (uint32_t)build->out->tree.node_count++, children[CO_NODE_WIDTH];
-    int count = co_plan_children(build->binary, from, children);
+    int count = co_plan_children(build->opening.binary, from, children);
     CoWideNode *nodes = build->out->tree.nodes;
     co_wide_node_clear(&nodes[index]);
     for (int i = 0; i < count; i++) {
-        const CoBinaryNode *child = &build->binary[children[i]];
+        const CoBinaryNode *child = &build->opening.binary[children[i]];
         uint32_t ref = CO_REF_NONE;
         if (child->right)
             ref = write_top(build, children[i]);
@@ -170,15 +94,15 @@ static uint32_t write_top(Build *build, uint32_t from)
 
 static bool make_top(Build *build)
 {
-    build->parents = co_alloc(TAG, build->range_count * sizeof *build->parents);
-    build->pieces = co_alloc_zero(TAG, build->range_count * sizeof *build->pieces);
+    build->parents = co_alloc(TAG, build->opening.range_count * sizeof *build->parents);
+    build->pieces = co_alloc_zero(TAG, build->opening.range_count * sizeof *build->pieces);
     if (!build->parents || !build->pieces)
         return false;
-    if (build->range_count == 1)
+    if (build->opening.range_count == 1)
         return true;
     CoTree *tree = &build->out->tree;
     void *nodes = NULL;
-    if (!resize(&nodes, &tree->node_capacity, co_plan_count(build->binary, 0), sizeof *tree->nodes))
+    if (!resize(&nodes, &tree->node_capacity, co_plan_count(build->opening.binary, 0), sizeof *tree->nodes))
         return false;
     tree->nodes = nodes;
     write_top(build, 0);
@@ -187,16 +111,14 @@ static bool make_top(Build *build)
 
 static bool make_workers(Build *build)
 {
-    size_t most = build->range_count == 1 ? build->prims->count : build->largest;
-    size_t count = co_worker_count();
-    build->worker_count = count < build->range_count ? count : build->range_count;
-    build->largest = most;
+    size_t most = build->opening.largest, count = co_worker_count();
+    build->worker_count = count < build->opening.range_count ? count : build->opening.range_count;
     build->workers = co_alloc_zero(TAG, build->worker_count * sizeof *build->workers);
     bool is_done = build->workers;
     for (size_t i = 0; is_done && i < build->worker_count; i++) {
         CoSubtree *worker = &build->workers[i];
         *worker = (CoSubtree){
-            .prims = build->prims->prims, .rule = build->rule, .scale = build->scale};
+            .prims = build->prims->prims, .rule = build->rule, .scale = build->opening.scale};
         worker->nodes = co_alloc(TAG, 2 * most * sizeof *worker->nodes);
         worker->moved = co_alloc(TAG, most * sizeof *worker->moved);
         worker->leaves = co_alloc(TAG, most * build->rule->prim_bytes);
@@ -208,9 +130,9 @@ static bool make_workers(Build *build)
 static void free_workers(Build *build)
 {
     for (size_t i = 0; build->workers && i < build->worker_count; i++) {
-        co_free(TAG, build->workers[i].nodes, 2 * build->largest * sizeof(CoBinaryNode));
-        co_free(TAG, build->workers[i].moved, build->largest * sizeof(CoBuildPrim));
-        co_free(TAG, build->workers[i].leaves, build->largest * build->rule->prim_bytes);
+        co_free(TAG, build->workers[i].nodes, 2 * build->opening.largest * sizeof(CoBinaryNode));
+        co_free(TAG, build->workers[i].moved, build->opening.largest * sizeof(CoBuildPrim));
+        co_free(TAG, build->workers[i].leaves, build->opening.largest * build->rule->prim_bytes);
     }
     co_free(TAG, build->workers, build->worker_count * sizeof *build->workers);
     build->workers = NULL;
@@ -222,7 +144,7 @@ static void build_pieces(void *context, size_t begin, size_t end, uint32_t worke
     for (size_t i = begin; i < end; i++) {
         size_t at = build->round + i;
         build->workers[worker].prims = build->prims->prims;
-        if (!co_subtree_build(&build->workers[worker], &build->ranges[at], build->range_count == 1,
+        if (!co_subtree_build(&build->workers[worker], &build->opening.ranges[at], build->opening.range_count == 1,
                               &build->pieces[at]))
             build->is_out_of_memory = true;
     }
@@ -293,12 +215,12 @@ static bool build_round(Build *build, size_t count)
         return no_memory(build);
     if (build->round == 0)
         co_prims_free(prims);
-    else if (resize(&kept, &prims->capacity, build->ranges[build->round].first, sizeof *prims->prims))
+    else if (resize(&kept, &prims->capacity, build->opening.ranges[build->round].first, sizeof *prims->prims))
         prims->prims = kept;
     if (!make_room(build, count))
         return false;
     co_parallel_for(count, 1, place_pieces, build);
-    for (size_t i = build->round; i < build->round + count && build->range_count > 1; i++) {
+    for (size_t i = build->round; i < build->round + count && build->opening.range_count > 1; i++) {
         Parent parent = build->parents[i];
         build->out->tree.nodes[parent.node].child[parent.slot] = build->pieces[i].root;
     }
@@ -307,9 +229,9 @@ static bool build_round(Build *build, size_t count)
 
 static bool build_rounds(Build *build)
 {
-    size_t share = build->range_count / ROUND_SHARE + 1, width = 4 * build->worker_count;
+    size_t share = build->opening.range_count / ROUND_SHARE + 1, width = 4 * build->worker_count;
     size_t most = share < width ? width : share;
-    build->round = build->range_count;
+    build->round = build->opening.range_count;
     while (build->round > 0)
         if (!build_round(build, build->round < most ? build->round : most))
             return false;
@@ -321,12 +243,11 @@ static bool build_rounds(Build *build)
 static void free_build(Build *build)
 {
     free_workers(build);
-    for (size_t i = 0; build->pieces && i < build->range_count; i++)
+    for (size_t i = 0; build->pieces && i < build->opening.range_count; i++)
         co_piece_clear(&build->pieces[i]);
-    co_free(TAG, build->pieces, build->range_count * sizeof *build->pieces);
-    co_free(TAG, build->parents, build->range_count * sizeof *build->parents);
-    co_free(TAG, build->ranges, build->range_capacity * sizeof *build->ranges);
-    co_free(TAG, build->binary, build->binary_capacity * sizeof *build->binary);
+    co_free(TAG, build->pieces, build->opening.range_count * sizeof *build->pieces);
+    co_free(TAG, build->parents, build->opening.range_count * sizeof *build->parents);
+    co_opening_clear(&build->opening);
     co_prims_free(build->prims);
 }
 
@@ -337,8 +258,10 @@ bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out,
     Build build = {.prims = prims, .rule = rule, .out = out, .err = err};
     bool is_done = true;
     if (prims->count) {
-        is_done = (open_ranges(&build) && make_top(&build) && make_workers(&build)) ||
+        is_done = (co_opening_make(prims, &build.opening) && make_top(&build) &&
+                   make_workers(&build)) ||
                   no_memory(&build);
+        out->tree.box = build.opening.box;
         is_done = is_done && build_rounds(&build);
     }
     free_build(&build);

@@ -24,9 +24,10 @@ typedef struct CoRange {
 void co_split_range(CoBuildPrim *prims, const CoRange *range, CoBuildPrim *moved,
                     CoRange halves[2]);
 
-// The same by all threads, for large ranges. NULL when memory ends; `most` prims at most.
+// The same for ranges too large for `moved`, of at most `most` prims, by all threads or, with one
+// worker, by the caller. NULL when memory ends.
 typedef struct CoWideSplit CoWideSplit;
-CoWideSplit *co_wide_split_create(size_t most);
+CoWideSplit *co_wide_split_create(size_t most, uint32_t workers);
 void co_wide_split_destroy(CoWideSplit *split);
 CoBox co_wide_split_box(CoWideSplit *split, CoBuildPrim *prims, size_t count);
 void co_wide_split_range(CoWideSplit *split, CoBuildPrim *prims, const CoRange *range,

@@ -43,12 +43,12 @@ void co_wide_split_destroy(CoWideSplit *s)
     co_free(CO_MEMORY_ACCEL, s, sizeof *s);
 }
 
-CoWideSplit *co_wide_split_create(size_t most)
+CoWideSplit *co_wide_split_create(size_t most, uint32_t workers)
 {
     CoWideSplit *s = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *s);
     if (!s)
         return NULL;
-    s->workers = co_worker_count();
+    s->workers = workers;
     s->blocks = blocks_of(most);
     s->moved = co_alloc(CO_MEMORY_ACCEL, s->workers * BLOCK * sizeof *s->moved);
     s->bins = co_alloc(CO_MEMORY_ACCEL, s->workers * sizeof *s->bins);
@@ -66,6 +66,14 @@ static size_t block_count(const CoWideSplit *s, size_t block)
 {
     size_t begin = block * BLOCK;
     return s->count - begin < BLOCK ? s->count - begin : BLOCK;
+}
+
+static void for_blocks(CoWideSplit *s, size_t blocks, CoParallelFn *fn)
+{
+    if (s->workers == 1)
+        fn(s, 0, blocks, 0);
+    else
+        co_parallel_for(blocks, 1, fn, s);
 }
 
 static void centroid_blocks(void *context, size_t begin, size_t end, uint32_t worker)
@@ -162,7 +170,7 @@ static CoBox4 measure(CoWideSplit *s, CoParallelFn *fn)
 {
     for (uint32_t i = 0; i < s->workers; i++)
         s->boxes[i] = co_box4_empty();
-    co_parallel_for(blocks_of(s->count), 1, fn, s);
+    for_blocks(s, blocks_of(s->count), fn);
     CoBox4 box = s->boxes[0];
     for (uint32_t i = 1; i < s->workers; i++)
         co_box4_extend(&box, &s->boxes[i]);
@@ -183,7 +191,7 @@ static void choose(CoWideSplit *s, const CoRange *range, CoSplit *split)
     s->binning = &binning;
     for (uint32_t i = 0; i < s->workers; i++)
         co_bins_clear(&s->bins[i], binning.used);
-    co_parallel_for(blocks_of(s->count), 1, fill_blocks, s);
+    for_blocks(s, blocks_of(s->count), fill_blocks);
     for (uint32_t i = 1; i < s->workers; i++)
         co_bins_merge(&s->bins[0], &s->bins[i]);
     *split = co_split_choose(&s->bins[0], &binning, &range->box);
@@ -199,8 +207,8 @@ void co_wide_split_range(CoWideSplit *s, CoBuildPrim *prims, const CoRange *rang
         choose(s, range, &split);
     if (split.axis >= 0) {
         s->split = &split;
-        co_parallel_for(blocks_of(s->count), 1, move_blocks, s);
-        co_parallel_for(blocks_of(count_swaps(s)), 1, swap_blocks, s);
+        for_blocks(s, blocks_of(s->count), move_blocks);
+        for_blocks(s, blocks_of(count_swaps(s)), swap_blocks);
     }
     co_split_give(&split, s->prims, range, halves);
 }

@@ -1,0 +1,193 @@
+#include "accel/open.h"
+
+#include "base/memory.h"
+#include "base/parallel.h"
+
+#define TAG CO_MEMORY_ACCEL
+
+enum {
+    WIDE_SHARE = 16,      // ranges above this part of the whole are split by all threads
+    SUBTREE_SHARE = 128,  // a subtree is at most this part of the whole,
+    SUBTREE_MIN = 4096,   // within these bounds
+    SUBTREE_MAX = 16384
+};
+
+static bool reserve(void **array, size_t *capacity, size_t count, size_t element)
+{
+    if (count < *capacity)
+        return true;
+    size_t more = 2 * *capacity + 64;
+    void *moved = co_realloc(TAG, *array, *capacity * element, more * element);
+    if (!moved)
+        return false;
+    *array = moved;
+    *capacity = more;
+    return true;
+}
+
+static bool add_range(CoOpening *o, const CoRange *range)
+{
+    void *ranges = o->ranges;
+    bool is_done = reserve(&ranges, &o->range_capacity, o->range_count, sizeof *o->ranges);
+    o->ranges = ranges;
+    if (is_done)
+        o->ranges[o->range_count++] = *range;
+    return is_done;
+}
+
+static bool add_binary(CoOpening *o, const CoRange *range)
+{
+    void *binary = o->binary;
+    bool is_done = reserve(&binary, &o->binary_capacity, o->binary_count, sizeof *o->binary);
+    o->binary = binary;
+    if (is_done)
+        o->binary[o->binary_count++] = (CoBinaryNode){.box = range->box, .count = range->count};
+    return is_done;
+}
+
+// Splits a range until what is left has at most `limit` prims.
+static bool open_range(CoOpening *o, CoWideSplit *split, CoBuildPrim *prims, const CoRange *range,
+                       size_t limit)
+{
+    size_t index = o->binary_count;
+    if (!add_binary(o, range))
+        return false;
+    if (range->count <= limit) {
+        o->binary[index].first = (uint32_t)o->range_count;
+        return add_range(o, range);
+    }
+    CoRange halves[2];
+    co_wide_split_range(split, prims, range, halves);
+    if (!open_range(o, split, prims, &halves[0], limit))
+        return false;
+    o->binary[index].right = (uint32_t)o->binary_count;
+    return open_range(o, split, prims, &halves[1], limit);
+}
+
+// The second step: each range of the first opened on its own.
+typedef struct Deeper {
+    const CoPrimArray *prims;
+    const CoOpening *outer;
+    CoOpening *inner; // one per range of the outer
+    size_t limit;
+    _Atomic bool is_out_of_memory;
+} Deeper;
+
+static void open_deeper(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Deeper *d = context;
+    (void)worker;
+    for (size_t i = begin; i < end; i++) {
+        const CoRange *range = &d->outer->ranges[i];
+        CoWideSplit *split = co_wide_split_create(range->count, 1);
+        if (!split || !open_range(&d->inner[i], split, d->prims->prims, range, d->limit))
+            d->is_out_of_memory = true;
+        co_wide_split_destroy(split);
+    }
+}
+
+// The tree of one inner opening takes the place of a leaf of the outer.
+static bool put_inner(CoOpening *out, const CoOpening *inner)
+{
+    uint32_t base = (uint32_t)out->binary_count, ranges = (uint32_t)out->range_count;
+    for (size_t i = 0; i < inner->range_count; i++)
+        if (!add_range(out, &inner->ranges[i]))
+            return false;
+    for (size_t i = 0; i < inner->binary_count; i++) {
+        CoRange range = {.box = inner->binary[i].box, .count = inner->binary[i].count};
+        if (!add_binary(out, &range))
+            return false;
+        CoBinaryNode *node = &out->binary[base + i];
+        if (inner->binary[i].right)
+            node->right = base + inner->binary[i].right;
+        else
+            node->first = ranges + inner->binary[i].first;
+    }
+    return true;
+}
+
+// Walks the outer tree, which is small.
+static bool join(CoOpening *out, const CoOpening *outer, const CoOpening *inner, size_t from)
+{
+    const CoBinaryNode *node = &outer->binary[from];
+    if (!node->right)
+        return put_inner(out, &inner[node->first]);
+    size_t index = out->binary_count;
+    CoRange range = {.box = node->box, .count = node->count};
+    if (!add_binary(out, &range) || !join(out, outer, inner, from + 1))
+        return false;
+    out->binary[index].right = (uint32_t)out->binary_count;
+    return join(out, outer, inner, node->right);
+}
+
+static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *out)
+{
+    size_t bytes = outer->range_count * sizeof(CoOpening);
+    Deeper deeper = {.prims = prims, .outer = outer, .limit = out->largest};
+    deeper.inner = co_alloc_zero(TAG, bytes);
+    if (!deeper.inner)
+        return false;
+    co_parallel_for(outer->range_count, 1, open_deeper, &deeper);
+    bool is_done = !deeper.is_out_of_memory && join(out, outer, deeper.inner, 0);
+    for (size_t i = 0; i < outer->range_count; i++)
+        co_opening_clear(&deeper.inner[i]);
+    co_free(TAG, deeper.inner, bytes);
+    return is_done;
+}
+
+// Children before parents.
+static void plan(CoOpening *o)
+{
+    double area = co_box_area(&o->box);
+    o->scale = area > 0.0 ? 1.0 / area : 0.0;
+    for (size_t i = o->binary_count; i-- > 0;) {
+        CoBinaryNode *node = &o->binary[i];
+        const CoBinaryNode *right = node->right ? &o->binary[node->right] : NULL;
+        co_plan_node(node, right ? node + 1 : NULL, right, o->scale);
+    }
+}
+
+static bool open_wide(const CoPrimArray *prims, CoOpening *out)
+{
+    CoOpening outer = {0};
+    CoRange all = {.count = (uint32_t)prims->count};
+    size_t limit = prims->count / WIDE_SHARE;
+    CoWideSplit *split = co_wide_split_create(prims->count, co_worker_count());
+    bool is_done = split != NULL;
+    if (split) {
+        all.box = out->box = co_wide_split_box(split, prims->prims, prims->count);
+        is_done = open_range(&outer, split, prims->prims, &all,
+                             limit > out->largest ? limit : out->largest);
+    }
+    co_wide_split_destroy(split);
+    is_done = is_done && deepen(prims, &outer, out);
+    co_opening_clear(&outer);
+    return is_done;
+}
+
+bool co_opening_make(const CoPrimArray *prims, CoOpening *out)
+{
+    size_t share = prims->count / SUBTREE_SHARE;
+    *out = (CoOpening){.largest = share};
+    if (share < SUBTREE_MIN || share > SUBTREE_MAX)
+        out->largest = share < SUBTREE_MIN ? SUBTREE_MIN : SUBTREE_MAX;
+    bool is_done;
+    if (prims->count > out->largest) {
+        is_done = open_wide(prims, out);
+    } else {
+        CoRange all = {.count = (uint32_t)prims->count};
+        all.box = out->box = co_box4_store(co_prim_box(prims->prims, prims->count));
+        out->largest = prims->count;
+        is_done = add_binary(out, &all) && add_range(out, &all);
+    }
+    if (is_done)
+        plan(out);
+    return is_done;
+}
+
+void co_opening_clear(CoOpening *o)
+{
+    co_free(TAG, o->ranges, o->range_capacity * sizeof *o->ranges);
+    co_free(TAG, o->binary, o->binary_capacity * sizeof *o->binary);
+    *o = (CoOpening){0};
+}

@@ -1,0 +1,26 @@
+// Cuts all prims into ranges small enough for one thread to build a subtree over each.
+//
+// Private to the builder. Threads: the large ranges are split by all of them, the others side by
+// side. What comes out does not depend on how many there are.
+
+#ifndef CO_ACCEL_OPEN_H
+#define CO_ACCEL_OPEN_H
+
+#include "accel/subtree.h"
+
+// The ranges from left to right, and the binary tree above them in depth-first order, planned. A
+// leaf of it has the number of its range in `first`.
+typedef struct CoOpening {
+    CoRange *ranges;
+    CoBinaryNode *binary;
+    size_t range_count, range_capacity, binary_count, binary_capacity;
+    size_t largest; // prims of a range
+    CoBox box;
+    double scale; // 1 / area of the box
+} CoOpening;
+
+// Takes at least one prim. False when memory ends; *out is to be cleared all the same.
+bool co_opening_make(const CoPrimArray *prims, CoOpening *out);
+void co_opening_clear(CoOpening *opening);
+
+#endif
