@@ -66,7 +66,11 @@ static void camera_rays(void *context, size_t begin, size_t end, uint32_t worker
     for (size_t i = begin; i < end; i++) {
         uint64_t path = wave->first + i;
         uint32_t pixel = (uint32_t)(path % (SIDE * SIDE)), tile = pixel / 64;
-        uint32_t px = tile % (SIDE / 8) * 8 + pixel % 8, py = tile / (SIDE / 8) * 8 + pixel / 8 % 8;
+        // Blocks of 64 x 64 pixels, tile by tile, all over the image: any part of them shows all of it.
+        uint32_t block = tile / 64 * 157 % (SIDE * SIDE / 4096), px = tile % 8 * 8 + pixel % 8;
+        uint32_t py = tile / 8 % 8 * 8 + pixel / 8 % 8;
+        px += block % (SIDE / 64) * 64;
+        py += block / (SIDE / 64) * 64;
         float x = ((float)px + uniform(path, 0)) / SIDE - 0.5f;
         float y = ((float)py + uniform(path, 1)) / SIDE - 0.5f;
         CoVec3 dir = co_madd(co_madd(forward, right, x), up, -y);

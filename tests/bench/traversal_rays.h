@@ -8,7 +8,7 @@
 #include "traversal_scene.h"
 
 typedef struct BenchRays {
-    CoRayBatch primary; // tiles of 8 x 8 pixels
+    CoRayBatch primary; // tiles of 8 x 8 pixels, row by row
     CoRayBatch diffuse; // bounces 1 to 5 of a path, then the next path's; paths by tile
     CoRayBatch light;   // from each of those vertices to a point of the light, as many as primary
 } BenchRays;

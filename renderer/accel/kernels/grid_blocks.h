@@ -25,25 +25,27 @@ static inline void block_point(GridBlock *block, const float *points, uint32_t t
 }
 
 // Offers what the ray pierces of the block's triangles.
-static inline bool trace_block(Group *group, Rays *rays, uint32_t j, const Shear *shear,
-                               const GridBlock *block, uint32_t path)
+static inline bool trace_block(Group *group, Ray *ray, const GridBlock *block, uint32_t path)
 {
     CoTriLeaf leaf;
     LeafHits hits;
+    Shear shear;
+    shear_load(ray, &shear);
     for (int c = 0; c < 3; c++) {
         leaf.corner[c] = (const uint8_t *)&block->corner[c];
         leaf.base[c] = block->base[c];
         leaf.points[c] = block->points[c];
     }
     group->stats->triangles += (uint64_t)__builtin_popcount(block->valid);
-    shear_points(&leaf, shear, block->point_count, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, shear, CO_LEAF_WIDTH, &hits) & block->valid;
+    shear_points(&leaf, &shear, block->point_count, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, &shear, CO_LEAF_WIDTH, &hits) & block->valid;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
-        if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, shear, i, &hits))
+        if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, &shear, i, &hits))
             continue;
         Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, block->tri[i]};
-        if (clamp_hit(&leaf, rays, j, i, &hit.t) && offer_hit(group, rays, j, &hit))
+        if (clamp_hit(&leaf, ray, i, &hit.t) &&
+            offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
             return true;
     }
     return false;
@@ -82,9 +84,8 @@ static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, 
 }
 
 // The 2 x 2 squares from (i, j) on of a patch; of a patch that is one square, that.
-static inline bool trace_squares(Group *group, Rays *rays, uint32_t j, const Shear *shear,
-                                 const CoBvh *bvh, uint32_t patch, const uint32_t at[2],
-                                 uint32_t path)
+static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint32_t patch,
+                                 const uint32_t at[2], uint32_t path)
 {
     const uint32_t *words = co_patch_words(bvh->patches, patch);
     uint32_t shift = co_patch_shift(bvh->patches, words), row = 2u << shift;
@@ -102,13 +103,13 @@ static inline bool trace_squares(Group *group, Rays *rays, uint32_t j, const She
     uint32_t tri = co_patch_first_tri(bvh->patches, patch) + at[1] * row + 2 * at[0];
     for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
         block.tri[k] = tri + (k >> 2) * row + (k & 3u);
-    return trace_block(group, rays, j, shear, &block, path);
+    return trace_block(group, ray, &block, path);
 }
 
 // Patches of level 0. Point k of patch q is at 4 k + q; lanes are the first triangles of all, then
 // the second.
-static inline bool trace_list(Group *group, Rays *rays, uint32_t j, const Shear *shear,
-                              const CoBvh *bvh, const uint32_t *list, uint32_t count, uint32_t path)
+static inline bool trace_list(Group *group, Ray *ray, const CoBvh *bvh, const uint32_t *list,
+                              uint32_t count, uint32_t path)
 {
     GridBlock block = {.point_count = 16,
                        .corner = {0x0302010003020100u, 0x0706050403020100u, 0x0706050403020100u},
@@ -123,28 +124,28 @@ static inline bool trace_list(Group *group, Rays *rays, uint32_t j, const Shear 
         block.tri[q + 4] = block.tri[q] + 1;
         block.valid |= (uint32_t)(q < count && !is_fan) << (q + 4);
     }
-    return trace_block(group, rays, j, shear, &block, path);
+    return trace_block(group, ray, &block, path);
 }
 
 // One bit per block that the ray enters, as slab_node has it.
-static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const Slab *slab,
-                                 CoLane from, CoLane to, float entry[CO_TILE_BLOCKS])
+static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const Ray *ray,
+                                 float entry[CO_TILE_BLOCKS])
 {
     const uint8_t *planes = (const uint8_t *)(leaf + 1);
     uint32_t bits = 0;
     for (uint32_t i = 0; i < blocks; i += CO_LANE_WIDTH) {
-        CoLane near = from, far = to;
+        CoLane near = co_lane_set1(ray->from), far = co_lane_set1(ray->to);
         for (uint32_t k = 0; k < 3; k++) {
-            const uint8_t *near_bytes = planes + slab->near_row[k] * blocks + i;
-            const uint8_t *far_bytes = planes + (slab->near_row[k] ^ 1u) * blocks + i;
-            CoLane origin = co_lane_set1(leaf->origin[k]);
+            const uint8_t *near_bytes = planes + ray->near_row[k] * blocks + i;
+            const uint8_t *far_bytes = planes + (ray->near_row[k] ^ 1u) * blocks + i;
+            CoLane origin = co_lane_set1(leaf->origin[k]), inv = co_lane_set1(ray->inv[k]);
             CoLane step = co_lane_set1(co_grid_step(leaf->exponent[k]));
             CoLane near_plane =
                 co_lane_add(origin, co_lane_mul(co_lane_load_bytes(near_bytes), step));
             CoLane far_plane =
                 co_lane_add(origin, co_lane_mul(co_lane_load_bytes(far_bytes), step));
-            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
-            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
+            near_plane = co_lane_muladd(near_plane, inv, co_lane_set1(ray->near_c[k]));
+            far_plane = co_lane_muladd(far_plane, inv, co_lane_set1(ray->far_c[k]));
             near = co_lane_max(near_plane, near);
             far = co_lane_min(far_plane, far);
         }
@@ -154,18 +155,16 @@ static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const 
     return bits & ((1u << blocks) - 1u);
 }
 
-static inline bool trace_tile(Group *group, Rays *rays, uint32_t j, const Slab *slab,
-                              const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
+static inline bool trace_tile(Group *group, Ray *ray, const CoBvh *bvh, uint32_t ref, uint32_t path)
 {
     const CoGridLeaf *leaf =
         (const void *)(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT);
     float entry[CO_TILE_BLOCKS];
     uint32_t side = ref >> CO_REF_COUNT_SHIFT & 7u;
-    float from = rays->from[j], to = rays->to[j];
     uint32_t bits = 1;
-    entry[0] = from;
+    entry[0] = ray->from;
     if (side) {
-        bits = slab_tile(leaf, 1u << 2 * side, slab, co_lane_set1(from), co_lane_set1(to), entry);
+        bits = slab_tile(leaf, 1u << 2 * side, ray, entry);
         group->stats->bottom_nodes++;
     }
     while (bits) {
@@ -175,28 +174,28 @@ static inline bool trace_tile(Group *group, Rays *rays, uint32_t j, const Slab *
             nearest = entry[i] < entry[nearest] ? i : nearest;
         }
         bits &= ~(1u << nearest);
-        if (!(entry[nearest] <= rays->to[j]))
+        if (!(entry[nearest] <= ray->to))
             return false;
         uint32_t at[2] = {leaf->i + 2 * (nearest & ((1u << side) - 1u)),
                           leaf->j + 2 * (nearest >> side)};
-        if (trace_squares(group, rays, j, shear, bvh, leaf->patch, at, path))
+        if (trace_squares(group, ray, bvh, leaf->patch, at, path))
             return true;
     }
     return false;
 }
 
 // Returns true when the ray needs no more.
-static bool trace_grid_leaf(Group *group, Rays *rays, uint32_t j, const Slab *slab,
-                            const Shear *shear, const CoBvh *bvh, uint32_t ref, uint32_t path)
+static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, const CoBvh *bvh,
+                                                      uint32_t ref, uint32_t path)
 {
     const uint32_t origin[2] = {0, 0};
     if (bvh->patches->level > 1)
-        return trace_tile(group, rays, j, slab, shear, bvh, ref, path);
+        return trace_tile(group, ray, bvh, ref, path);
     if (bvh->patches->level == 1)
-        return trace_squares(group, rays, j, shear, bvh, ref & CO_REF_LEAF_PLACE, origin, path);
+        return trace_squares(group, ray, bvh, ref & CO_REF_LEAF_PLACE, origin, path);
     const void *list = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
     uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-    return trace_list(group, rays, j, shear, bvh, list, count, path);
+    return trace_list(group, ray, bvh, list, count, path);
 }
 
 #endif

@@ -1,29 +1,15 @@
-// Rays of a group in the space of one object or group, ready for slab tests.
-//
-// Slabs are canonical and conservative. A plane's distance is (plane - org') * inv with org' moved
-// against (near planes) or along (far planes) the direction by a padding that covers the rounding
-// of the triangle test, of the instance transforms and of the slab arithmetic itself (see
-// rays_prepare). Both roundings are monotone in the plane, so a box inside another never starts
-// before it or ends after it: no tree can cull what the triangle's own box lets pass. Nodes are
-// tested with fewer operations, plane * inv + c, and a little more padding: a node's slab contains
-// the canonical slabs of all boxes within it.
+// Rays of a group in the space of one object or group, ready for slab tests: the same as
+// ray.h has for one ray, by the same arithmetic in lanes.
 
 #ifndef CO_ACCEL_KERNELS_RAYS_H
 #define CO_ACCEL_KERNELS_RAYS_H
 
-#include "accel/node.h"
-#include "simd/lane.h"
+#include "accel/kernels/ray.h"
 
 enum {
     CO_GROUP_RAYS = 64,
     CO_RAYS_ROOM = CO_GROUP_RAYS + 16 // whole vectors are stored behind the last ray
 };
-
-#define INFINITE __builtin_inff()
-
-// What a ray in object space may be off by, in group space, in units of its origin's largest
-// coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
-#define CO_TRANSFORM_SLACK 0x1p-18f
 
 typedef struct Rays {
     _Alignas(64) float org[3][CO_RAYS_ROOM];
@@ -43,88 +29,6 @@ typedef struct Rays {
     uint64_t done; // rays that need no more
     uint32_t count;
 } Rays;
-
-// One ray's slab constants, one value in all lanes.
-typedef struct Slab {
-    CoLane inv[3], near_c[3], far_c[3];
-    uint32_t near_row[3]; // rows of CoWideNode.planes; the far one is near_row ^ 1
-} Slab;
-
-static inline Slab slab_load(const Rays *rays, uint32_t j)
-{
-    Slab slab;
-    for (uint32_t k = 0; k < 3; k++) {
-        slab.inv[k] = co_lane_set1(rays->inv[k][j]);
-        slab.near_c[k] = co_lane_set1(rays->near_c[k][j]);
-        slab.far_c[k] = co_lane_set1(rays->far_c[k][j]);
-        slab.near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
-    }
-    return slab;
-}
-
-// Tests the 8 children of a node over [from, to]. Returns one bit per child that is entered and
-// where. What is not a number does not cull.
-static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLane from, CoLane to,
-                                 float entry[CO_NODE_WIDTH])
-{
-    uint32_t bits = 0;
-    for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
-        CoLane near = from, far = to;
-        for (int k = 0; k < 3; k++) {
-            CoLane near_plane = co_lane_load(node->planes[slab->near_row[k]] + i);
-            CoLane far_plane = co_lane_load(node->planes[slab->near_row[k] ^ 1u] + i);
-            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
-            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
-            near = co_lane_max(near_plane, near);
-            far = co_lane_min(far_plane, far);
-        }
-        co_lane_store(entry + i, near);
-        bits |= co_lane_bits(co_lane_le(near, far)) << i;
-    }
-    return bits;
-}
-
-// Children that are there.
-static inline uint32_t present_children(const CoWideNode *node)
-{
-    uint32_t bits = 0;
-    for (uint32_t i = 0; i < CO_NODE_WIDTH; i++)
-        bits |= (uint32_t)(node->child[i] != CO_REF_NONE) << i;
-    return bits;
-}
-
-static inline float float_min(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-static inline float float_max(float a, float b)
-{
-    return a > b ? a : b;
-}
-
-// How far the canonical slabs move the origin along axis k.
-static inline float slab_shift(const Rays *rays, uint32_t j, int k)
-{
-    float own = __builtin_fabsf(rays->org[k][j]) * 0x1p-23f;
-    return __builtin_copysignf(rays->pad[j] + own, rays->dir[k][j]);
-}
-
-// Narrows [*from, *to] to a single box by the canonical arithmetic. False when nothing is left.
-static inline bool slab_box(const Rays *rays, uint32_t j, const float lo[3], const float hi[3],
-                            float *from, float *to)
-{
-    float near = *from, far = *to;
-    for (int k = 0; k < 3; k++) {
-        float inv = rays->inv[k][j], org = rays->org[k][j], shift = slab_shift(rays, j, k);
-        float near_plane = inv < 0.0f ? hi[k] : lo[k], far_plane = inv < 0.0f ? lo[k] : hi[k];
-        near = float_max((near_plane - (org + shift)) * inv, near);
-        far = float_min((far_plane - (org - shift)) * inv, far);
-    }
-    *from = near;
-    *to = far;
-    return near <= far;
-}
 
 // Repeats the last ray so that whole vectors can be worked on: one vector's worth behind it, which
 // stored at once can be loaded at once.
@@ -167,10 +71,7 @@ static inline void rays_transform(Rays *rays, const CoAffine *to_object)
     }
 }
 
-// Constants of one axis, from the padding of the canonical slabs and the distance D that it comes
-// from. A node's plane * inv + c is off by at most 4 units of 2^-24 of the origin's coordinate and
-// 6 of D, each times inv, if the product is rounded: 8 of both are added. What may overflow becomes
-// NaN, which never culls; returns those lanes.
+// Constants of one axis, see ray_prepare. Returns lanes whose nodes may overflow.
 static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoLane org, CoLane d, CoLane pad,
                                     CoLane distance)
 {
@@ -213,13 +114,7 @@ static inline void prepare_shear(Rays *rays, uint32_t j, const CoLane dir[3])
     rays->along[1] |= (uint64_t)is_y << j;
 }
 
-// Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
-// from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
-// units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
-// coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
-// below may be off by, in units of D and of the origin. Directions below 1e-18 of the largest
-// component are taken as that: the padding keeps planes far enough that such a ray still passes all
-// boxes which it touches.
+// As ray_prepare.
 static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
 {
     CoLane base = co_lane_set1(0x1p-20f + relative), from_org = co_lane_set1(relative);
@@ -259,6 +154,38 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
         co_lane_store(rays->to + j, co_lane_select(is_fit, co_lane_load(rays->to + j), unfit));
     }
     rays->along[2] = ~(rays->along[0] | rays->along[1]);
+}
+
+// Ray j on its own.
+static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
+{
+#define THREE(field) ((CoFour){rays->field[0][j], rays->field[1][j], rays->field[2][j], 0.0f})
+    out->org = THREE(org);
+    out->dir = THREE(dir);
+    out->inv = THREE(inv);
+    out->near_c = THREE(near_c);
+    out->far_c = THREE(far_c);
+#undef THREE
+    out->pad = rays->pad[j];
+    out->entry = rays->entry[j];
+    out->exit = rays->exit[j];
+    out->from = rays->from[j];
+    out->to = rays->to[j];
+    out->shear_x = rays->shear_x[j];
+    out->shear_y = rays->shear_y[j];
+    out->major = rays->major[j];
+    for (uint32_t k = 0; k < 3; k++)
+        out->near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
+    out->slot = rays->slot[j];
+    out->is_huge = rays->huge >> j & 1u;
+}
+
+// What became of it.
+static inline void rays_settle(Rays *rays, uint32_t j, float best)
+{
+    rays->to[j] = float_min(rays->to[j], best);
+    if (best == -INFINITE)
+        rays->done |= 1ull << j;
 }
 
 #endif

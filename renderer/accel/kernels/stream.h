@@ -8,6 +8,7 @@
 #ifndef CO_ACCEL_KERNELS_STREAM_H
 #define CO_ACCEL_KERNELS_STREAM_H
 
+#include "accel/kernels/rays.h"
 #include "accel/kernels/triangle.h"
 
 #define WIDE_MASK ((uint64_t)(CO_WIDE_WIDTH == 64 ? ~0ull : (1ull << CO_WIDE_WIDTH) - 1u))

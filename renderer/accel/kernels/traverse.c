@@ -35,15 +35,25 @@ typedef struct Walk {
     uint32_t path; // of the mesh; first one of the group
 } Walk;
 
+static inline void count_nodes(Group *group, const Walk *walk, uint32_t fetched, uint32_t tested)
+{
+    if (walk->bvh) {
+        group->stats->bottom_nodes += tested;
+    } else {
+        group->stats->top_nodes_grouped += fetched;
+        group->stats->top_nodes_single += tested;
+    }
+}
+
 typedef struct Hit {
     float t, u, v;
     uint32_t path, tri;
 } Hit;
 
-// Offers ray j a hit. Returns true when the ray needs no more.
-static inline bool offer_hit(Group *group, Rays *rays, uint32_t j, const Hit *hit)
+// Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now. Returns
+// true when the ray needs no more.
+static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float exit, float *to)
 {
-    uint32_t slot = rays->slot[j];
     float best = group->best_t[slot];
     if (!(hit->t > group->tnear[slot] && hit->t <= best))
         return false;
@@ -55,8 +65,7 @@ static inline bool offer_hit(Group *group, Rays *rays, uint32_t j, const Hit *hi
     group->found |= 1ull << slot;
     group->hits++;
     if (group->occlusion >> slot & 1u) {
-        group->best_t[slot] = rays->to[j] = -INFINITE;
-        rays->done |= 1ull << j;
+        group->best_t[slot] = *to = -INFINITE;
         return true;
     }
     group->best_t[slot] = hit->t;
@@ -64,30 +73,9 @@ static inline bool offer_hit(Group *group, Rays *rays, uint32_t j, const Hit *hi
     group->best_v[slot] = hit->v;
     group->best_path[slot] = hit->path;
     group->best_tri[slot] = hit->tri;
-    rays->to[j] = float_min(rays->exit[j], hit->t);
+    *to = float_min(exit, hit->t);
     return false;
 }
-
-// One ray against a leaf. Returns true when it needs no more.
-static bool trace_leaf(Group *group, Rays *rays, uint32_t j, const Shear *shear,
-                       const CoTriLeaf *leaf, uint32_t count, uint32_t path)
-{
-    LeafHits hits;
-    group->stats->triangles += count;
-    shear_points(leaf, shear, CO_LEAF_WIDTH, &hits);
-    uint32_t pierced = pierce_triangles(leaf, shear, count, &hits);
-    for (; pierced; pierced &= pierced - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(pierced);
-        if ((hits.unsure >> i & 1u) && !pierce_lane(leaf, shear, i, &hits))
-            continue;
-        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, leaf->tri[i]};
-        if (clamp_hit(leaf, rays, j, i, &hit.t) && offer_hit(group, rays, j, &hit))
-            return true;
-    }
-    return false;
-}
-
-#include "accel/kernels/grid_blocks.h"
 
 static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *count)
 {
@@ -95,12 +83,39 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
     return co_leaf_open(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT, *count);
 }
 
+// One ray against a leaf. Returns true when it needs no more.
+static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const CoBvh *bvh,
+                                                 uint32_t ref, uint32_t path)
+{
+    LeafHits hits;
+    Shear shear;
+    uint32_t count;
+    const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
+    shear_load(ray, &shear);
+    group->stats->triangles += count;
+    shear_points(&leaf, &shear, CO_LEAF_WIDTH, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
+    for (; pierced; pierced &= pierced - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(pierced);
+        if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, &shear, i, &hits))
+            continue;
+        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, leaf.tri[i]};
+        if (clamp_hit(&leaf, ray, i, &hit.t) &&
+            offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
+            return true;
+    }
+    return false;
+}
+
+#include "accel/kernels/grid_blocks.h"
+
 // The rays `active` of the vector at j, which share a major axis, against a leaf.
 static void stream_leaf_vector(Group *group, Rays *rays, uint32_t j, uint32_t active, uint32_t axis,
                                const CoTriLeaf *leaf, uint32_t count, uint32_t path)
 {
     StreamPoints points;
     StreamHits hits;
+    Ray ray;
     stream_points(leaf, rays, axis, j, &points);
     const CoWide sz = co_wide_load(rays->inv[axis] + j);
     for (uint32_t i = 0; i < count; i++) {
@@ -111,9 +126,12 @@ static void stream_leaf_vector(Group *group, Rays *rays, uint32_t j, uint32_t ac
                 !stream_pierce_lane(leaf, i, &points, rays->inv[axis][j + lane], lane, &hits))
                 continue;
             Hit hit = {hits.t[lane], hits.u[lane], hits.v[lane], path, leaf->tri[i]};
-            if (clamp_hit(leaf, rays, j + lane, i, &hit.t) &&
-                offer_hit(group, rays, j + lane, &hit))
+            rays_single(rays, j + lane, &ray);
+            if (clamp_hit(leaf, &ray, i, &hit.t) &&
+                offer_hit(group, ray.slot, &hit, ray.exit, &rays->to[j + lane])) {
+                rays->done |= 1ull << (j + lane);
                 active &= ~(1u << lane);
+            }
         }
     }
 }
@@ -121,12 +139,13 @@ static void stream_leaf_vector(Group *group, Rays *rays, uint32_t j, uint32_t ac
 static void stream_leaf(Group *group, Rays *rays, uint64_t active, const CoBvh *bvh, uint32_t ref,
                         uint32_t path)
 {
+    Ray ray;
     if (bvh->patches) {
         for (; active; active &= active - 1) {
             uint32_t j = (uint32_t)__builtin_ctzll(active);
-            const Slab slab = slab_load(rays, j);
-            const Shear shear = shear_of(rays, j);
-            trace_grid_leaf(group, rays, j, &slab, &shear, bvh, ref, path);
+            rays_single(rays, j, &ray);
+            trace_grid_leaf(group, &ray, bvh, ref, path);
+            rays_settle(rays, j, ray.to);
         }
         return;
     }
@@ -142,104 +161,31 @@ static void stream_leaf(Group *group, Rays *rays, uint64_t active, const CoBvh *
                 continue;
             }
             for (; bits; bits &= bits - 1) {
-                uint32_t ray = j + (uint32_t)__builtin_ctz(bits);
-                const Shear shear = shear_of(rays, ray);
-                trace_leaf(group, rays, ray, &shear, &leaf, count, path);
+                uint32_t at = j + (uint32_t)__builtin_ctz(bits);
+                rays_single(rays, at, &ray);
+                trace_leaf(group, &ray, bvh, ref, path);
+                rays_settle(rays, at, ray.to);
             }
         }
     }
 }
 
-typedef struct StackEntry {
-    uint32_t ref;
-    float entry;
-} StackEntry;
+#include "accel/kernels/single.h"
 
-// Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
-// nearest of them last. Most nodes have one or two.
-static inline uint32_t descend(StackEntry *stack, uint32_t *height, const CoWideNode *node,
-                               uint32_t bits, const float entry[CO_NODE_WIDTH])
+// Rays `active` of a group go on alone, below `ref`.
+static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *walk, uint32_t ref)
 {
-    uint32_t first = (uint32_t)__builtin_ctz(bits);
-    bits &= bits - 1;
-    if (!bits)
-        return node->child[first];
-    StackEntry nearest = {node->child[first], entry[first]};
-    uint32_t base = *height, top = base;
-    for (; bits; bits &= bits - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(bits), at = top++;
-        StackEntry other = {node->child[i], entry[i]};
-        bool is_nearer = other.entry < nearest.entry;
-        StackEntry pushed = is_nearer ? nearest : other;
-        nearest = is_nearer ? other : nearest;
-        for (; at > base && stack[at - 1].entry < pushed.entry; at--)
-            stack[at] = stack[at - 1];
-        stack[at] = pushed;
-    }
-    *height = top;
-    return nearest.ref;
-}
-
-// Asks for what the entered children hold: a leaf of usual size and most of a node are two lines.
-static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, uint32_t bits)
-{
-    for (; bits; bits &= bits - 1) {
-        uint32_t ref = node->child[__builtin_ctz(bits)];
-        const char *at = (const char *)&bvh->tree.nodes[ref];
-        if (ref & CO_REF_LEAF)
-            at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
-        __builtin_prefetch(at);
-        __builtin_prefetch(at + 64);
-        __builtin_prefetch(at + 128);
+    for (; active; active &= active - 1) {
+        uint32_t j = (uint32_t)__builtin_ctzll(active);
+        Ray ray;
+        rays_single(rays, j, &ray);
+        walk_single(group, &ray, walk, ref);
+        rays_settle(rays, j, ray.to);
     }
 }
 
-static void trace_instance(Group *group, Rays *rays, uint64_t active, const CoObject *parent,
-                           uint32_t index, uint32_t base);
-
-// One ray through what lies below `ref`.
-static void walk_single(Group *group, Rays *rays, uint32_t j, const Walk *walk, uint32_t ref)
-{
-    StackEntry stack[CO_STACK_SIZE];
-    float entry[CO_NODE_WIDTH];
-    uint32_t height = 0;
-    const Slab slab = slab_load(rays, j);
-    const Shear shear = shear_of(rays, j);
-    const CoLane from = co_lane_set1(rays->from[j]);
-    const bool is_huge = rays->huge >> j & 1u;
-    for (;;) {
-        if (!(ref & CO_REF_LEAF)) {
-            const CoWideNode *node = &walk->tree->nodes[ref];
-            uint32_t bits = slab_node(node, &slab, from, co_lane_set1(rays->to[j]), entry);
-            *(walk->bvh ? &group->stats->bottom_nodes : &group->stats->top_nodes_grouped) += 1;
-            group->stats->top_nodes_single += !walk->bvh;
-            if (is_huge)
-                bits &= present_children(node);
-            if (bits) {
-                if (walk->bvh)
-                    prefetch_children(walk->bvh, node, bits);
-                ref = descend(stack, &height, node, bits, entry);
-                continue;
-            }
-        } else if (walk->bvh && walk->bvh->patches) {
-            if (trace_grid_leaf(group, rays, j, &slab, &shear, walk->bvh, ref, walk->path))
-                return;
-        } else if (walk->bvh) {
-            uint32_t count;
-            const CoTriLeaf leaf = open_leaf(walk->bvh, ref, &count);
-            if (trace_leaf(group, rays, j, &shear, &leaf, count, walk->path))
-                return;
-        } else {
-            trace_instance(group, rays, 1ull << j, walk->object, ref & ~CO_REF_LEAF, walk->path);
-        }
-        do {
-            if (height == 0)
-                return;
-            height--;
-        } while (!(stack[height].entry <= rays->to[j]));
-        ref = stack[height].ref;
-    }
-}
+static void trace_instance(Group *group, Rays *rays, uint64_t active, const Walk *walk,
+                           uint32_t index);
 
 typedef struct StreamEntry {
     uint64_t active; // rays that entered it
@@ -278,21 +224,15 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
     for (;;) {
         uint32_t most = (uint32_t)__builtin_popcountll(active);
         if (most <= SINGLE_MOST) {
-            for (; active; active &= active - 1)
-                walk_single(group, rays, (uint32_t)__builtin_ctzll(active), walk, ref);
+            walk_alone(group, rays, active, walk, ref);
         } else if (!(ref & CO_REF_LEAF)) {
             stream_node(&nodes[ref], rays, &rows, active, &found);
             height = push_children(group, &found, ref, stack, height);
-            if (walk->bvh) {
-                group->stats->bottom_nodes += most;
-            } else {
-                group->stats->top_nodes_grouped++;
-                group->stats->top_nodes_single += most;
-            }
+            count_nodes(group, walk, 1, most);
         } else if (walk->bvh) {
             stream_leaf(group, rays, active, walk->bvh, ref, walk->path);
         } else {
-            trace_instance(group, rays, active, walk->object, ref & ~CO_REF_LEAF, walk->path);
+            trace_instance(group, rays, active, walk, ref & ~CO_REF_LEAF);
         }
         do {
             if (height == 0)
@@ -309,27 +249,38 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
 // All rays through an object in whose space they are.
 static void trace_object(Group *group, Rays *rays, const CoObject *object, uint32_t path)
 {
-    const Walk walk = {object->top ? &object->top->tree : &object->bvh->tree,
-                       object->top ? NULL : object->bvh, object, path};
+    const Walk walk = walk_of(object, path);
     rays_prepare(rays, &walk.tree->box, object->top ? CO_TRANSFORM_SLACK : 0.0f);
     uint64_t left = ~0ull >> (CO_GROUP_RAYS - rays->count);
+    uint64_t alone = left & rays->huge;
+    left &= ~alone;
     while (left) {
         uint32_t j = (uint32_t)__builtin_ctzll(left);
-        uint64_t same = same_signs(rays, left & ~rays->huge, j);
-        if (same == 0 || same == 1ull << j) {
-            walk_single(group, rays, j, &walk, 0);
-            left &= left - 1;
-        } else {
+        uint64_t same = same_signs(rays, left, j);
+        left &= ~same;
+        if (__builtin_popcountll(same) <= SINGLE_MOST)
+            alone |= same;
+        else
             walk_stream(group, rays, same, &walk);
-            left &= ~same;
-        }
     }
+    if (alone)
+        walk_alone(group, rays, alone, &walk, 0);
 }
 
-// Copies ray j to the end of `inner`.
-static inline void take_inner(const Rays *rays, uint32_t j, float from, float to, Rays *inner)
+// Takes ray j to the end of `inner`, if it meets the box.
+static inline void take_inner(const Rays *rays, uint32_t j, const CoBox *box, Rays *inner)
 {
-    uint32_t n = inner->count++;
+    float from = rays->entry[j], to = rays->exit[j];
+    for (int k = 0; k < 3; k++) {
+        float inv = rays->inv[k][j], org = rays->org[k][j];
+        float own = __builtin_fabsf(org) * 0x1p-23f;
+        float shift = __builtin_copysignf(own + rays->pad[j], rays->dir[k][j]);
+        float near = inv < 0.0f ? box->hi[k] : box->lo[k];
+        float far = inv < 0.0f ? box->lo[k] : box->hi[k];
+        from = float_max((near - (org + shift)) * inv, from);
+        to = float_min((far - (org - shift)) * inv, to);
+    }
+    uint32_t n = inner->count;
     for (int k = 0; k < 3; k++) {
         inner->org[k][n] = rays->org[k][j];
         inner->dir[k][n] = rays->dir[k][j];
@@ -340,54 +291,41 @@ static inline void take_inner(const Rays *rays, uint32_t j, float from, float to
     inner->to[n] = float_min(rays->to[j], to);
     inner->slot[n] = rays->slot[j];
     inner->outer[n] = (uint8_t)j;
+    inner->count += from <= to && inner->from[n] <= inner->to[n];
 }
 
 // Rays `active` of a group's space through one of its instances.
-static void trace_instance(Group *group, Rays *rays, uint64_t active, const CoObject *parent,
-                           uint32_t index, uint32_t base)
+static void trace_instance(Group *group, Rays *rays, uint64_t active, const Walk *walk,
+                           uint32_t index)
 {
-    const CoInstance *instance = &parent->instances[index];
+    const CoTop *top = walk->object->top;
+    const CoInstance *instance = &walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
-    const CoBox *box = &parent->top->boxes[index];
-    bool is_empty = object->top ? object->top->tree.node_count == 0
-                                : !object->bvh || object->bvh->tree.node_count == 0;
-    if (is_empty)
+    if (is_empty(object))
         return;
     Rays inner;
     inner.count = 0;
-    for (; active; active &= active - 1) {
-        uint32_t j = (uint32_t)__builtin_ctzll(active);
-        float from = rays->entry[j], to = rays->exit[j];
-        if (slab_box(rays, j, box->lo, box->hi, &from, &to) &&
-            float_max(from, rays->from[j]) <= float_min(to, rays->to[j]))
-            take_inner(rays, j, from, to, &inner);
-    }
+    for (; active; active &= active - 1)
+        take_inner(rays, (uint32_t)__builtin_ctzll(active), &top->boxes[index], &inner);
     if (inner.count == 0)
         return;
     rays_pad(&inner);
     rays_transform(&inner, &instance->to_object);
-    trace_object(group, &inner, object, base + parent->top->first_path[index]);
-    for (uint32_t n = 0; n < inner.count; n++) {
-        uint32_t j = inner.outer[n];
-        float best = group->best_t[inner.slot[n]];
-        rays->to[j] = float_min(rays->to[j], best);
-        if (best == -INFINITE)
-            rays->done |= 1ull << j;
-    }
+    trace_object(group, &inner, object, walk->path + top->first_path[index]);
+    for (uint32_t n = 0; n < inner.count; n++)
+        rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
 }
 
 // The power of two that brings the largest component of a direction into [1, 2), as far as it is
-// one that a float holds. 0 for a direction that is zero or not finite.
-static float direction_scale(const float dir[3])
+// one that a float holds, and its inverse. 0 for a direction that is zero or not finite.
+static inline float direction_scale(const float dir[3], float *inverse)
 {
-    float largest = 0.0f;
-    for (int k = 0; k < 3; k++) {
-        float a = __builtin_fabsf(dir[k]);
-        if (!(a < INFINITE))
-            return 0.0f;
-        largest = float_max(largest, a);
-    }
-    if (largest == 0.0f)
+    float largest = float_max(__builtin_fabsf(dir[0]), __builtin_fabsf(dir[1]));
+    largest = float_max(__builtin_fabsf(dir[2]), largest);
+    bool is_finite = __builtin_fabsf(dir[0]) < INFINITE && __builtin_fabsf(dir[1]) < INFINITE &&
+                     __builtin_fabsf(dir[2]) < INFINITE;
+    *inverse = 0.0f;
+    if (!is_finite || largest == 0.0f)
         return 0.0f;
     union {
         float f;
@@ -397,38 +335,52 @@ static float direction_scale(const float dir[3])
     // yet.
     uint32_t exponent = bits.u >> 23;
     exponent = exponent < 1 ? 1 : exponent > 253 ? 253 : exponent;
+    bits.u = exponent << 23;
+    *inverse = bits.f;
     bits.u = (254 - exponent) << 23;
     return bits.f;
 }
 
 // Takes a ray into the group. Distances inside are those along the scaled direction.
-static bool take_ray(Group *group, Rays *rays, const CoRayBatch *batch, size_t i, uint32_t slot,
-                     float *scale)
+static inline bool take_ray(Group *group, const CoRayBatch *batch, size_t i, uint32_t slot,
+                            Ray *ray, float *scale)
 {
     float org[3] = {batch->org_x[i], batch->org_y[i], batch->org_z[i]};
     float dir[3] = {batch->dir_x[i], batch->dir_y[i], batch->dir_z[i]};
-    float tnear = batch->tnear[i], tfar = batch->tfar[i], s = direction_scale(dir);
+    float tnear = batch->tnear[i], tfar = batch->tfar[i], inverse;
+    float s = direction_scale(dir, &inverse);
     for (int k = 0; k < 3; k++)
         if (!(__builtin_fabsf(org[k]) < INFINITE))
             s = 0.0f;
     *scale = s;
     if (s == 0.0f || tnear != tnear || tfar != tfar)
         return false;
-    uint32_t j = rays->count++;
-    for (int k = 0; k < 3; k++) {
-        rays->org[k][j] = org[k];
-        rays->dir[k][j] = dir[k] * s;
-    }
-    rays->entry[j] = -INFINITE;
-    rays->exit[j] = INFINITE;
-    rays->slot[j] = (uint8_t)slot;
-    rays->from[j] = group->tnear[slot] = float_max(tnear / s, -__FLT_MAX__);
-    rays->to[j] = group->best_t[slot] = tfar / s;
+    ray->org = (CoFour){org[0], org[1], org[2], 0.0f};
+    ray->dir = (CoFour){dir[0] * s, dir[1] * s, dir[2] * s, 0.0f};
+    ray->entry = -INFINITE;
+    ray->exit = INFINITE;
+    ray->slot = slot;
+    ray->from = group->tnear[slot] = float_max(tnear * inverse, -__FLT_MAX__);
+    ray->to = group->best_t[slot] = tfar * inverse;
     group->best_u[slot] = 0.0f;
     group->best_v[slot] = 0.0f;
     group->best_path[slot] = 0;
     group->best_tri[slot] = 0;
     return true;
+}
+
+static inline void add_ray(Rays *rays, const Ray *ray)
+{
+    uint32_t j = rays->count++;
+    for (int k = 0; k < 3; k++) {
+        rays->org[k][j] = ray->org[k];
+        rays->dir[k][j] = ray->dir[k];
+    }
+    rays->entry[j] = ray->entry;
+    rays->exit[j] = ray->exit;
+    rays->from[j] = ray->from;
+    rays->to[j] = ray->to;
+    rays->slot[j] = (uint8_t)ray->slot;
 }
 
 static void give_hit(const Group *group, uint32_t slot, float scale, CoHitBatch *hits, size_t i)
@@ -452,6 +404,16 @@ static void give_invalid(CoHitBatch *hits, size_t i)
     hits->tri[i] = COHORT_INVALID_ID;
 }
 
+static inline void open_group(Group *group, const CoAccelScene *scene, CoTraverseStats *stats)
+{
+    group->scene = scene;
+    group->stats = stats;
+    group->found = 0;
+    group->occlusion = 0;
+    group->hits = 0;
+    stats->groups++;
+}
+
 static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *occlusion,
                       CoHitBatch *hits, size_t begin, uint32_t count, CoTraverseStats *stats)
 {
@@ -459,22 +421,20 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
     Rays rays;
     float scale[CO_GROUP_RAYS];
     uint64_t valid = 0;
-    group.scene = scene;
-    group.stats = stats;
-    group.found = 0;
-    group.occlusion = 0;
-    group.hits = 0;
+    open_group(&group, scene, stats);
     rays.count = 0;
     for (uint32_t slot = 0; slot < count; slot++) {
-        if (take_ray(&group, &rays, batch, begin + slot, slot, &scale[slot]))
+        Ray ray;
+        if (take_ray(&group, batch, begin + slot, slot, &ray, &scale[slot])) {
             valid |= 1ull << slot;
+            add_ray(&rays, &ray);
+        }
         if (occlusion && occlusion[begin + slot])
             group.occlusion |= 1ull << slot;
     }
-    stats->groups++;
     stats->invalid += count - rays.count;
     const CoObject *root = &scene->objects[scene->root];
-    if (rays.count && root->top && root->top->tree.node_count) {
+    if (rays.count && root->top && !is_empty(root)) {
         rays_pad(&rays);
         trace_object(&group, &rays, root, 0);
     }
@@ -486,13 +446,37 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
     }
 }
 
+static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch,
+                         const uint8_t *occlusion, CoHitBatch *hits, size_t i,
+                         CoTraverseStats *stats)
+{
+    Group group;
+    Ray ray;
+    float scale;
+    open_group(&group, scene, stats);
+    if (!take_ray(&group, batch, i, 0, &ray, &scale)) {
+        stats->invalid++;
+        give_invalid(hits, i);
+        return;
+    }
+    group.occlusion = occlusion && occlusion[i];
+    const CoObject *root = &scene->objects[scene->root];
+    if (root->top && !is_empty(root)) {
+        const Walk walk = walk_of(root, 0);
+        if (ray_prepare(&ray, &walk.tree->box, CO_TRANSFORM_SLACK))
+            walk_single(&group, &ray, &walk, 0);
+    }
+    give_hit(&group, 0, scale, hits, i);
+}
+
 void CO_LANE_NAME(co_accel_traverse)(const CoAccelScene *scene, const CoRayBatch *rays,
                                      const uint8_t *occlusion, CoHitBatch *hits, size_t begin,
                                      size_t end, bool grouped, CoTraverseStats *stats)
 {
-    size_t most = grouped ? CO_GROUP_RAYS : 1;
-    for (size_t i = begin; i < end; i += most) {
-        uint32_t count = (uint32_t)(end - i < most ? end - i : most);
+    for (size_t i = begin; !grouped && i < end; i++)
+        trace_single(scene, rays, occlusion, hits, i, stats);
+    for (size_t i = begin; grouped && i < end; i += CO_GROUP_RAYS) {
+        uint32_t count = (uint32_t)(end - i < CO_GROUP_RAYS ? end - i : CO_GROUP_RAYS);
         trace_run(scene, rays, occlusion, hits, i, count, stats);
     }
 }

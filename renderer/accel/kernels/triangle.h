@@ -10,7 +10,7 @@
 #ifndef CO_ACCEL_KERNELS_TRIANGLE_H
 #define CO_ACCEL_KERNELS_TRIANGLE_H
 
-#include "accel/kernels/rays.h"
+#include "accel/kernels/ray.h"
 
 // A ray as the triangle test needs it.
 typedef struct Shear {
@@ -19,19 +19,19 @@ typedef struct Shear {
     float sx, sy, sz;
 } Shear;
 
-static inline Shear shear_of(const Rays *rays, uint32_t j)
+static inline void shear_load(const Ray *ray, Shear *shear)
 {
-    Shear shear;
-    shear.z = rays->major[j];
-    shear.x = shear.z == 2 ? 0 : shear.z + 1;
-    shear.y = shear.x == 2 ? 0 : shear.x + 1;
-    shear.org[0] = rays->org[shear.x][j];
-    shear.org[1] = rays->org[shear.y][j];
-    shear.org[2] = rays->org[shear.z][j];
-    shear.sx = rays->shear_x[j];
-    shear.sy = rays->shear_y[j];
-    shear.sz = rays->inv[shear.z][j];
-    return shear;
+    const float *org = (const float *)&ray->org, *inv = (const float *)&ray->inv;
+    uint32_t z = ray->major, x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    shear->x = x;
+    shear->y = y;
+    shear->z = z;
+    shear->org[0] = org[x];
+    shear->org[1] = org[y];
+    shear->org[2] = org[z];
+    shear->sx = ray->shear_x;
+    shear->sy = ray->shear_y;
+    shear->sz = inv[z];
 }
 
 // A leaf's points along the ray, and per triangle what the lanes found.
@@ -142,18 +142,18 @@ static inline bool pierce_lane(const CoTriLeaf *leaf, const Shear *shear, uint32
 
 // Clamps t into the triangle's own box and the boxes of the instances on the way. False when the
 // line is not in them at all.
-static inline bool clamp_hit(const CoTriLeaf *leaf, const Rays *rays, uint32_t j, uint32_t i,
-                             float *t)
+static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, float *t)
 {
-    float lo[3], hi[3], from = rays->entry[j], to = rays->exit[j];
-    for (int k = 0; k < 3; k++) {
-        float a = leaf->points[k][leaf->base[0] + leaf->corner[0][i]];
-        float b = leaf->points[k][leaf->base[1] + leaf->corner[1][i]];
-        float c = leaf->points[k][leaf->base[2] + leaf->corner[2][i]];
-        lo[k] = float_min(float_min(a, b), c);
-        hi[k] = float_max(float_max(a, b), c);
+    CoFour corner[3];
+    for (int c = 0; c < 3; c++) {
+        size_t point = leaf->base[c] + leaf->corner[c][i];
+        corner[c] =
+            (CoFour){leaf->points[0][point], leaf->points[1][point], leaf->points[2][point], 0.0f};
     }
-    if (!slab_box(rays, j, lo, hi, &from, &to))
+    CoFour lo = co_four_min(co_four_min(corner[0], corner[1]), corner[2]);
+    CoFour hi = co_four_max(co_four_max(corner[0], corner[1]), corner[2]);
+    float from = ray->entry, to = ray->exit;
+    if (!slab_box(ray, lo, hi, &from, &to))
         return false;
     *t = float_max(float_min(*t, to), from);
     return true;

@@ -1,0 +1,177 @@
+// One ray in the space of one object or group, ready for slab tests.
+//
+// Slabs are canonical and conservative. A plane's distance is (plane - org') * inv with org' moved
+// against (near planes) or along (far planes) the direction by a padding that covers the rounding
+// of the triangle test, of the instance transforms and of the slab arithmetic itself (see
+// ray_prepare). Both roundings are monotone in the plane, so a box inside another never starts
+// before it or ends after it: no tree can cull what the triangle's own box lets pass. Nodes are
+// tested with fewer operations, plane * inv + c, and a little more padding: a node's slab contains
+// the canonical slabs of all boxes within it.
+
+#ifndef CO_ACCEL_KERNELS_RAY_H
+#define CO_ACCEL_KERNELS_RAY_H
+
+#include "accel/node.h"
+#include "simd/four.h"
+#include "simd/lane.h"
+
+#define INFINITE __builtin_inff()
+
+// What a ray in object space may be off by, in group space, in units of its origin's largest
+// coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
+#define CO_TRANSFORM_SLACK 0x1p-18f
+
+typedef struct Ray {
+    CoFour org, dir, inv;   // inv = 1 / dir, finite and never 0
+    CoFour near_c, far_c;   // of a node's slabs
+    float pad;              // of the canonical slabs
+    float entry, exit;      // of the instances' boxes on the way here
+    float from, to;         // where hits may lie, as far as is known
+    float shear_x, shear_y; // see triangle.h
+    uint32_t major;         // axis of the largest direction component
+    uint32_t near_row[3];   // rows of CoWideNode.planes; the far one is near_row ^ 1
+    uint32_t slot;          // which ray of the group
+    bool is_huge;           // a node's slabs may overflow: children are to be looked at
+} Ray;
+
+// A ray's slab constants, one value in all lanes.
+typedef struct Slab {
+    CoLane inv[3], near_c[3], far_c[3], from;
+    uint32_t near_row[3];
+} Slab;
+
+static inline void slab_load(const Ray *ray, Slab *slab)
+{
+    for (int k = 0; k < 3; k++) {
+        slab->inv[k] = co_lane_set1(ray->inv[k]);
+        slab->near_c[k] = co_lane_set1(ray->near_c[k]);
+        slab->far_c[k] = co_lane_set1(ray->far_c[k]);
+        slab->near_row[k] = ray->near_row[k];
+    }
+    slab->from = co_lane_set1(ray->from);
+}
+
+// Tests the 8 children of a node up to `to`. Returns one bit per child that is entered and where.
+// What is not a number does not cull.
+static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLane to,
+                                 float entry[CO_NODE_WIDTH])
+{
+    uint32_t bits = 0;
+    for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
+        CoLane near = slab->from, far = to;
+        for (int k = 0; k < 3; k++) {
+            CoLane near_plane = co_lane_load(node->planes[slab->near_row[k]] + i);
+            CoLane far_plane = co_lane_load(node->planes[slab->near_row[k] ^ 1u] + i);
+            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
+            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
+            near = co_lane_max(near_plane, near);
+            far = co_lane_min(far_plane, far);
+        }
+        co_lane_store(entry + i, near);
+        bits |= co_lane_bits(co_lane_le(near, far)) << i;
+    }
+    return bits;
+}
+
+// Children that are there.
+static inline uint32_t present_children(const CoWideNode *node)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < CO_NODE_WIDTH; i++)
+        bits |= (uint32_t)(node->child[i] != CO_REF_NONE) << i;
+    return bits;
+}
+
+static inline float float_min(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float float_max(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+// Narrows [*from, *to] to a single box by the canonical arithmetic. False when nothing is left.
+static inline bool slab_box(const Ray *ray, CoFour lo, CoFour hi, float *from, float *to)
+{
+    CoFour own = co_four_abs(ray->org) * 0x1p-23f;
+    CoFour shift = co_four_copysign(own + ray->pad, ray->dir);
+    CoFourBits is_negative = ray->inv < co_four_set1(0.0f);
+    CoFour near = (co_four_select(is_negative, hi, lo) - (ray->org + shift)) * ray->inv;
+    CoFour far = (co_four_select(is_negative, lo, hi) - (ray->org - shift)) * ray->inv;
+    *from = co_four_largest3(near, *from);
+    *to = co_four_smallest3(far, *to);
+    return *from <= *to;
+}
+
+static inline CoFour box_corner(const float v[3])
+{
+    return (CoFour){v[0], v[1], v[2], 0.0f};
+}
+
+// Takes a ray into an instance's space: org and dir, the latter not normalised, so that t is
+// shared.
+static inline void ray_transform(const Ray *ray, const CoAffine *to_object, Ray *out)
+{
+    CoFour column[4];
+    for (int k = 0; k < 4; k++)
+        column[k] = (CoFour){to_object->m[0][k], to_object->m[1][k], to_object->m[2][k], 0.0f};
+    CoFour org = column[0] * ray->org[0] + column[1] * ray->org[1] + column[2] * ray->org[2];
+    out->org = org + column[3];
+    out->dir = column[0] * ray->dir[0] + column[1] * ray->dir[1] + column[2] * ray->dir[2];
+}
+
+static inline void ray_shear(Ray *ray)
+{
+    CoFour d = ray->dir, a = co_four_abs(d);
+    uint32_t z = a[0] > a[1] ? (a[0] > a[2] ? 0 : 2) : (a[1] > a[2] ? 1 : 2);
+    float major = z == 0 ? d[0] : z == 1 ? d[1] : d[2];
+    CoFour slope = d / co_four_set1(major);
+    ray->major = z;
+    ray->shear_x = z == 0 ? slope[1] : z == 1 ? slope[2] : slope[0];
+    ray->shear_y = z == 0 ? slope[2] : z == 1 ? slope[0] : slope[1];
+}
+
+// Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
+// from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
+// units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
+// coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
+// below may be off by, in units of D and of the origin. Directions below 1e-18 of the largest
+// component are taken as that: the padding keeps planes far enough that such a ray still passes all
+// boxes which it touches. A node's plane * inv + c is off by at most 4 units of the origin's
+// coordinate and 6 of D, each times inv, if the product is rounded: 8 more of both. What may
+// overflow becomes NaN, which never culls. False for a ray that a transform made infinite or zero:
+// it hits nothing.
+static inline bool ray_prepare(Ray *ray, const CoBox *box, float relative)
+{
+    const CoFour zero = co_four_set1(0.0f), nan = co_four_set1(__builtin_nanf(""));
+    CoFour org = ray->org, dir = ray->dir, size = co_four_abs(org), abs_dir = co_four_abs(dir);
+    CoFour reach = co_four_max(org - box_corner(box->lo), zero);
+    reach = co_four_max(box_corner(box->hi) - org, reach);
+    float distance = co_four_largest3(reach, 0.0f), largest_org = co_four_largest3(size, 0.0f);
+    float largest_dir = co_four_largest3(abs_dir, 0.0f);
+    bool is_fit = largest_org < 3e38f && largest_dir < 1e37f && largest_dir > 1e-18f;
+    for (int k = 0; k < 3; k++) // NaN
+        is_fit = is_fit && org[k] == org[k] && dir[k] == dir[k];
+    distance = float_min(distance, 3e38f);
+    ray->pad = distance * (0x1p-20f + relative) + largest_org * relative;
+    CoFour tiny = co_four_set1(largest_dir * 1e-18f);
+    CoFour d = co_four_select(abs_dir < tiny, co_four_copysign(tiny, dir), dir);
+    CoFour inv = co_four_set1(1.0f) / d;
+    reach = size + distance;
+    CoFour shift = (size * 0x1p-23f + ray->pad) + reach * 0x1p-21f;
+    shift = co_four_copysign(shift, d);
+    CoFourBits is_safe = reach * co_four_abs(inv) < co_four_set1(0x1p125f);
+    CoFourBits is_negative = d < zero;
+    ray->inv = inv;
+    ray->near_c = co_four_select(is_safe, (org + shift) * -inv, nan);
+    ray->far_c = co_four_select(is_safe, (org - shift) * -inv, nan);
+    ray->is_huge = !(is_safe[0] & is_safe[1] & is_safe[2]);
+    for (uint32_t k = 0; k < 3; k++)
+        ray->near_row[k] = 2 * k + (uint32_t)(is_negative[k] & 1);
+    ray_shear(ray);
+    return is_fit;
+}
+
+#endif
