@@ -35,6 +35,7 @@ void stage_options_apply(StageOptions *o, CohortStageOptions *out)
     out->unloads = paths_of(&o->unloads);
     out->search_paths = paths_of(&o->search_paths);
     out->session = o->session;
+    out->max_prims = (uint64_t)o->max_prims;
     // To ask for some payloads is to leave out the others.
     out->no_payloads = o->no_payloads || o->loads.count;
 }

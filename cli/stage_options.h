@@ -10,6 +10,7 @@ typedef struct StageOptions {
     OptionList masks, mutes, loads, unloads, search_paths;
     const char *session;
     bool no_payloads;
+    int64_t max_prims; // 0: the default
     char environment[4096]; // the search paths of PXR_AR_DEFAULT_SEARCH_PATH, cut apart
 } StageOptions;
 
@@ -28,7 +29,9 @@ typedef struct StageOptions {
      "leave out the payloads at and below this prim; may be given again"}, \
     {"search-path", 0, OPTION_LIST, &(o).search_paths, 0, 0, "FOLDER", NULL, \
      "where assets are looked for that lie not beside their layer; before those of " \
-     "PXR_AR_DEFAULT_SEARCH_PATH; may be given again"}
+     "PXR_AR_DEFAULT_SEARCH_PATH; may be given again"}, \
+    {"max-prims", 0, OPTION_INT, &(o).max_prims, 1, 1e12, "N", NULL, \
+     "refuse a stage with more prims (5000000)"}
 
 // Puts them into the options of a stage, which point into `o` from then on.
 void stage_options_apply(StageOptions *o, CohortStageOptions *out);

@@ -14,7 +14,7 @@ bool co_composer_init(CoComposer *c, const CohortStageOptions *options, CohortEr
     if (!c->options.max_depth)
         c->options.max_depth = 512;
     if (!c->options.max_prims)
-        c->options.max_prims = 100000000;
+        c->options.max_prims = 5000000;
     if (!c->options.max_layers)
         c->options.max_layers = 100000;
     co_path_table_init(&c->paths, &c->arena);
@@ -44,6 +44,19 @@ void co_composer_clear(CoComposer *c)
 void co_composer_fail(CoComposer *c, CohortErrorCode code, const char *text)
 {
     CO_FAIL(c->err, code, "%s", text);
+    longjmp(c->escape, 1);
+}
+
+void co_composer_limit(CoComposer *c, const CoLayerFile *layer, const CoPath *path,
+                       const char *what, uint64_t limit, const char *option)
+{
+    char where[256];
+    CO_FAIL(c->err, COHORT_ERROR_LIMIT, "%s than the limit of %llu; raise %s to open it", what,
+            (unsigned long long)limit, option);
+    if (path)
+        co_path_text(path, where, sizeof where);
+    if (c->err)
+        co_error_place(c->err, layer ? layer->path : NULL, 0, 0, path ? where : NULL);
     longjmp(c->escape, 1);
 }
 

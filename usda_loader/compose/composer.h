@@ -125,6 +125,8 @@ typedef struct CoComposer {
     size_t site_count, site_capacity;
     uint64_t warning_count;
     bool is_strict_failure; // strict, and something was reported
+    const CoPath *crowded;  // the last stage prim found to have too many arcs
+    size_t crowded_count;   // prims like it
 } CoComposer;
 
 bool co_composer_init(CoComposer *c, const CohortStageOptions *options, CohortError *err);
@@ -132,6 +134,11 @@ void co_composer_clear(CoComposer *c);
 
 // Leaves composition with an error set. Never returns.
 _Noreturn void co_composer_fail(CoComposer *c, CohortErrorCode code, const char *text);
+
+// Leaves composition because the input asks for more than an option allows: says how much that is, which
+// option, and where. `layer` and `path` may be NULL.
+_Noreturn void co_composer_limit(CoComposer *c, const CoLayerFile *layer, const CoPath *path,
+                                 const char *what, uint64_t limit, const char *option);
 
 // Zeroed memory; never NULL.
 void *co_composer_alloc(CoComposer *c, size_t size);

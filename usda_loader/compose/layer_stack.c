@@ -37,7 +37,7 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
         return file->layer ? file : NULL;
     }
     if (c->file_count >= c->options.max_layers)
-        co_composer_fail(c, COHORT_ERROR_LIMIT, "more layers than max_layers allows");
+        co_composer_limit(c, NULL, NULL, "more layers", c->options.max_layers, "max_layers");
     c->files =
         co_composer_grow(c, c->files, c->file_count, &c->file_capacity, sizeof(CoLayerFile *));
     file->index = c->file_count;
@@ -109,6 +109,7 @@ static const CoVariables *stack_variables(CoComposer *c, const CoLayerFile *root
 // ---- Sublayers --------------------------------------------------------------------------------
 typedef struct CoStackWalk {
     const CoLayerFile *file;
+    uint64_t depth;
     const struct CoStackWalk *parent;
     double offset, scale;
 } CoStackWalk;
@@ -158,14 +159,19 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
         scale = 1;
     }
     scale *= walk->file->time_codes_per_second / file->time_codes_per_second;
-    CoStackWalk next = {file, walk, walk->scale * offset + walk->offset, walk->scale * scale};
+    CoStackWalk next = {file, walk->depth + 1, walk, walk->scale * offset + walk->offset,
+                        walk->scale * scale};
     walk_layers(c, stack, capacity, &next);
 }
 
 static void walk_layers(CoComposer *c, CoStack *stack, size_t *capacity, const CoStackWalk *walk)
 {
     if (stack->layer_count >= c->options.max_layers)
-        co_composer_fail(c, COHORT_ERROR_LIMIT, "more sublayers than max_layers allows");
+        co_composer_limit(c, stack->root, NULL, "more sublayers", c->options.max_layers,
+                          "max_layers");
+    if (walk->depth >= c->options.max_depth)
+        co_composer_limit(c, walk->file, NULL, "sublayers nested deeper", c->options.max_depth,
+                          "max_depth");
     stack->layers =
         co_composer_grow(c, stack->layers, stack->layer_count, capacity, sizeof(CoStackLayer));
     stack->layers[stack->layer_count++] = (CoStackLayer){walk->file, walk->offset, walk->scale};
@@ -193,10 +199,10 @@ static CoStack *make_stack(CoComposer *c, const CoLayerFile *root, const CoLayer
         // The session's rate, if it has one, is the stage's.
         if (layer_number(session, c->names.timeCodesPerSecond) > 0)
             rate = session->time_codes_per_second;
-        CoStackWalk walk = {session, NULL, 0, 1};
+        CoStackWalk walk = {session, 0, NULL, 0, 1};
         walk_layers(c, stack, &capacity, &walk);
     }
-    CoStackWalk walk = {root, NULL, 0, rate / root->time_codes_per_second};
+    CoStackWalk walk = {root, 0, NULL, 0, rate / root->time_codes_per_second};
     stack->time_codes_per_second = rate;
     walk_layers(c, stack, &capacity, &walk);
     co_stack_relocates(c, stack);

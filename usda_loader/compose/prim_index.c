@@ -192,6 +192,47 @@ static uint32_t depth_of_frames(const CoFrame *frame)
     return depth;
 }
 
+// Arcs of one prim, as many as the reference takes; more are an explosion, each doubling the
+// others. Where that happens again and again it is stopped earlier, since every prim takes its
+// time.
+enum {
+    NODES_MAX = 32767,
+    NODES_MAX_AGAIN = 1000,
+    CROWDED_MAX = 2
+};
+
+static uint32_t nodes_max(const CoComposer *c)
+{
+    return c->crowded_count < CROWDED_MAX ? NODES_MAX : NODES_MAX_AGAIN;
+}
+
+static bool is_crowded(const CoIndexer *indexer, const CoArcSpec *arc)
+{
+    uint64_t nodes = 0, depth = 0;
+    uint32_t node = arc->parent;
+    for (;; indexer = indexer->frame->outer) {
+        nodes += indexer->graph.count;
+        for (; node != CO_NO_NODE; node = indexer->graph.nodes[node].parent)
+            depth++;
+        if (!indexer->frame)
+            return nodes >= nodes_max(indexer->c) || depth >= indexer->c->options.max_depth;
+        node = indexer->frame->parent;
+    }
+}
+
+static void warn_crowded(CoIndexer *indexer, const CoStackLayer *layer, uint32_t line)
+{
+    CoComposer *c = indexer->c;
+    const CoPath *path = co_indexer_stage_path(indexer);
+    if (c->crowded == path)
+        return;
+    co_composer_warn(c, layer ? layer->file : NULL, line, path,
+                     "arcs are left out: more than %u of one prim, or %llu of each other",
+                     nodes_max(c), (unsigned long long)c->options.max_depth);
+    c->crowded = path;
+    c->crowded_count++;
+}
+
 uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptions options,
                             const CoStackLayer *layer, uint32_t line)
 {
@@ -203,8 +244,12 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
         char text[256];
         co_path_text(arc->site->path, text, sizeof text);
         co_composer_warn(c, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
-                         "a %s to <%s> leads back to itself and is left out", kinds[arc->kind],
-                         text);
+                         "%s %s to <%s> leads back to itself and is left out",
+                         arc->kind == CO_ARC_INHERIT ? "an" : "a", kinds[arc->kind], text);
+        return CO_NO_NODE;
+    }
+    if (is_crowded(indexer, arc)) {
+        warn_crowded(indexer, layer, line);
         return CO_NO_NODE;
     }
     options.skip_duplicates |= indexer->frame && indexer->frame->skip_duplicates;
@@ -273,6 +318,7 @@ static size_t next_task(CoIndexer *indexer)
     if (ties < 2 || (kind < CO_TASK_ANCESTRAL_VARIANT && kind != CO_TASK_PAYLOADS))
         return best;
     uint32_t count;
+    CoArenaMark mark = co_arena_mark(&indexer->c->scratch);
     uint32_t *order = co_composer_scratch(indexer->c, indexer->graph.count, 2 * sizeof *order);
     co_graph_order(indexer->c, &indexer->graph, 0, order, &count);
     uint32_t *rank = order + indexer->graph.count;
@@ -290,6 +336,7 @@ static size_t next_task(CoIndexer *indexer)
         if (is_first)
             best = i;
     }
+    co_arena_rewind(&indexer->c->scratch, mark);
     return best;
 }
 

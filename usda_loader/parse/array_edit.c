@@ -58,6 +58,11 @@ static bool parse_operands(CoParser *p, CohortType type, CoArrayEditItem *item)
             return false;
         if (item->at_or_size < 0)
             return co_parse_fail(p, p->scan.at, "found a negative size");
+        // A few bytes of text could ask for any amount of memory.
+        if (item->kind != CO_EDIT_MAXSIZE && (uint64_t)item->at_or_size > p->max_edit_size)
+            return co_parse_stop(p, p->scan.at, COHORT_ERROR_LIMIT,
+                                 "found a size above %llu; raise max_array_length to read it",
+                                 (unsigned long long)p->max_edit_size);
         CoScan ahead = p->scan;
         co_scan_inline(&ahead);
         if (item->kind == CO_EDIT_MAXSIZE || !co_scan_word(&ahead, "fill"))

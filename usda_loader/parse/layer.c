@@ -126,8 +126,9 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
     uint64_t max_length = limit(o->max_array_length, UINT64_C(1) << 31);
     CoParser parser = {
         .max_depth = limit(o->max_depth, 512),
+        .max_edit_size = limit(o->max_array_length, UINT64_C(1) << 24),
         .max_array_length = max_length < UINT32_MAX ? max_length : UINT32_MAX,
-        .max_prims = limit(o->max_prims, 100000000),
+        .max_prims = limit(o->max_prims, 5000000),
         .report = report,
         .cookie = cookie,
         .err = err,

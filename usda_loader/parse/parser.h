@@ -40,6 +40,7 @@ typedef struct CoParser {
     CoScan scan;
     CoLayer *layer;
     uint64_t max_depth, max_array_length, max_prims;
+    uint64_t max_edit_size; // elements that an array edit may ask for
     uint64_t depth, prim_count;
     CohortDiagnosticFn *report;
     void *cookie;

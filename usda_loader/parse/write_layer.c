@@ -96,8 +96,27 @@ static void write_suffixed(CoWriter *w, const CoSpec *attribute, const char *fie
     putc('\n', w->file);
 }
 
+// The reference lets a later "rel" of the same name add its targets to an attribute.
+static void write_stray_targets(CoWriter *w, const CoSpec *attribute, const CoValue *targets)
+{
+    CoSpec relationship = *attribute;
+    relationship.kind = CO_SPEC_RELATIONSHIP;
+    relationship.is_custom = false;
+    relationship.is_uniform = true;
+    const CoListOp *op = targets->data;
+    if (op->is_explicit) {
+        co_write_indent(w);
+        write_head(w, &relationship);
+        co_write_text(w, " = ");
+        co_write_items(w, targets->type, op->list[0].items, op->list[0].count);
+        putc('\n', w->file);
+    }
+    write_path_lists(w, &relationship, targets, "", true);
+}
+
 static void write_attribute(CoWriter *w, const CoSpec *attribute)
 {
+    const CoValue *targets = value_of(attribute, "targetPaths");
     const CoValue *value = value_of(attribute, "default");
     const CoValue *connections = value_of(attribute, "connectionPaths");
     co_write_indent(w);
@@ -112,6 +131,8 @@ static void write_attribute(CoWriter *w, const CoSpec *attribute)
     write_suffixed(w, attribute, "spline");
     if (connections)
         write_path_lists(w, attribute, connections, ".connect", false);
+    if (targets)
+        write_stray_targets(w, attribute, targets);
 }
 
 static void write_relationship(CoWriter *w, const CoSpec *relationship)

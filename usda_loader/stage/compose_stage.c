@@ -354,7 +354,8 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
 {
     CoComposer *c = &stage->composer;
     if (depth >= c->options.max_depth)
-        co_composer_fail(c, COHORT_ERROR_LIMIT, "prims are nested deeper than max_depth allows");
+        co_composer_limit(c, NULL, graph->nodes[0].site->path, "prims nested deeper",
+                          c->options.max_depth, "max_depth");
     CoShareKey key = co_share_key(stage, prim, graph);
     if (co_share_take(stage, prim, &key))
         return;
@@ -371,7 +372,8 @@ static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph
         return;
     if (names.count > c->options.max_prims ||
         stage->prim_count > c->options.max_prims - names.count)
-        co_composer_fail(c, COHORT_ERROR_LIMIT, "more prims than max_prims allows");
+        co_composer_limit(c, NULL, graph->nodes[0].site->path, "more prims", c->options.max_prims,
+                          "max_prims");
     prim->children = co_composer_array(c, names.count, sizeof *prim->children);
     for (size_t i = 0; i < names.count; i++) {
         CoArenaMark mark = co_arena_mark(&c->scratch);

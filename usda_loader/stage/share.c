@@ -184,7 +184,7 @@ static void copy_children(CohortStage *stage, CohortPrim *prim, const CohortPrim
         return;
     }
     if (count > c->options.max_prims || stage->prim_count > c->options.max_prims - count)
-        co_composer_fail(c, COHORT_ERROR_LIMIT, "more prims than max_prims allows");
+        co_composer_limit(c, NULL, NULL, "more prims", c->options.max_prims, "max_prims");
     stage->prim_count += count;
     prim->children = count ? co_composer_array(c, count, sizeof *prim->children) : NULL;
     for (size_t i = 0; i < count; i++) {
