@@ -135,6 +135,21 @@ static void put_seconds(Json *j, const StatsContext *c)
     close_scope(j, '}');
 }
 
+// Where the bytes of meshes and trees go.
+static void put_bytes(Json *j, const CohortSceneCounts *c)
+{
+    count(j, "geometry_bytes", c->geometry_bytes);
+    count(j, "geometry_points_bytes", c->point_bytes);
+    count(j, "geometry_topology_bytes", c->topology_bytes);
+    count(j, "geometry_normals_bytes", c->normal_bytes);
+    count(j, "geometry_primvars_bytes",
+          c->geometry_bytes - c->point_bytes - c->topology_bytes - c->normal_bytes);
+    count(j, "accel_bytes", c->accel_bytes);
+    count(j, "accel_nodes_bytes", c->node_bytes);
+    count(j, "accel_leaves_bytes", c->leaf_bytes);
+    count(j, "accel_tops_bytes", c->accel_bytes - c->node_bytes - c->leaf_bytes);
+}
+
 static void put_scene(Json *j, const StatsContext *c)
 {
     CohortSyncCounts counts;
@@ -144,8 +159,7 @@ static void put_scene(Json *j, const StatsContext *c)
     count(j, "meshes", counts.scene.mesh_count);
     count(j, "instances", counts.scene.instance_count);
     count(j, "triangles", counts.scene.triangle_count);
-    count(j, "geometry_bytes", counts.scene.geometry_bytes);
-    count(j, "accel_bytes", counts.scene.accel_bytes);
+    put_bytes(j, &counts.scene);
     if (getrusage(RUSAGE_SELF, &usage) == 0)
         count(j, "peak_resident_bytes", (uint64_t)usage.ru_maxrss * 1024);
     close_scope(j, '}');

@@ -20,6 +20,7 @@ typedef struct CoBvh CoBvh; // bottom level: triangles of one mesh
 CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err);
 void co_bvh_destroy(CoBvh *bvh);
 size_t co_bvh_bytes(const CoBvh *bvh);
+size_t co_bvh_leaf_bytes(const CoBvh *bvh); // of these; the rest are nodes
 
 // Brings a BVH to the points of `mesh`, which takes the place of the one it was built over and
 // differs from it in nothing but points (co_mesh_same_topology). False when the BVH would be a bad

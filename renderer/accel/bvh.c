@@ -172,3 +172,8 @@ size_t co_bvh_bytes(const CoBvh *bvh)
 {
     return sizeof *bvh + bvh->tree.node_capacity * sizeof *bvh->tree.nodes + bvh->leaf_capacity;
 }
+
+size_t co_bvh_leaf_bytes(const CoBvh *bvh)
+{
+    return bvh->leaf_capacity;
+}

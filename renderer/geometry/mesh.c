@@ -152,3 +152,30 @@ bool co_mesh_same_topology(const CoMesh *a, const CoMesh *b)
     return a->patches ? same_patches(a->patches, b->patches)
                       : same_words(a->indices, b->indices, 3 * (size_t)a->tri_count);
 }
+
+// What an array of the mesh takes; 0 when it has no block to itself.
+static size_t array_bytes(const CoMeshShading *shading, const void *array)
+{
+    for (const CoMeshBlock *b = shading->blocks; b && array; b = b->next)
+        if ((const void *)(b + 1) == array)
+            return b->size;
+    return 0;
+}
+
+void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out)
+{
+    *out = (CoMeshMemory){0};
+    const CoMeshShading *shading = mesh->shading;
+    if (!shading)
+        return;
+    out->points = array_bytes(shading, mesh->points);
+    out->topology = array_bytes(shading, mesh->indices);
+    if (mesh->patches)
+        out->topology += array_bytes(shading, mesh->patches->words) +
+                         array_bytes(shading, mesh->patches->first_tri) +
+                         array_bytes(shading, mesh->patches->tri_patch);
+    out->normals = array_bytes(shading, shading->limit_normals) +
+                   array_bytes(shading, shading->normals.values) +
+                   array_bytes(shading, shading->normals.indices);
+    out->other = mesh->bytes - out->points - out->topology - out->normals;
+}

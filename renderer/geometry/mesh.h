@@ -46,6 +46,12 @@ bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn,
                     CohortError *err);
 void co_mesh_destroy(CoMesh *mesh);
 
+// Where the bytes of a mesh go; in sum mesh->bytes.
+typedef struct CoMeshMemory {
+    size_t points, topology, normals, other; // topology: indices or patches; other: primvars mostly
+} CoMeshMemory;
+void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out);
+
 // Whether two meshes have the same triangles between the same points, wherever those are.
 bool co_mesh_same_topology(const CoMesh *a, const CoMesh *b);
 

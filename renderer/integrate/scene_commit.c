@@ -267,6 +267,40 @@ static bool commit_paths(CohortScene *scene, CohortError *err)
            CO_FAIL(err, COHORT_ERROR_LIMIT, "more than 2^32 instances in all");
 }
 
+static void count_mesh(CohortSceneCounts *c, const CoSceneObject *o)
+{
+    CoMeshMemory memory;
+    co_mesh_memory(&o->mesh, &memory);
+    size_t accel = co_bvh_bytes(o->bvh), leaves = co_bvh_leaf_bytes(o->bvh);
+    c->mesh_count++;
+    c->triangle_count += o->mesh.tri_count;
+    c->geometry_bytes += o->mesh.bytes;
+    c->point_bytes += memory.points;
+    c->topology_bytes += memory.topology;
+    c->normal_bytes += memory.normals;
+    c->accel_bytes += accel;
+    c->leaf_bytes += leaves;
+    c->node_bytes += accel - leaves;
+}
+
+// What there is once all is built.
+static void count_scene(CohortScene *scene)
+{
+    CohortSceneCounts *c = &scene->counts;
+    c->triangle_count = c->mesh_count = c->instance_count = 0;
+    c->geometry_bytes = c->point_bytes = c->topology_bytes = c->normal_bytes = 0;
+    c->accel_bytes = c->leaf_bytes = c->node_bytes = 0;
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        CoSceneObject *o = &scene->objects[i];
+        o->is_dirty = false;
+        c->instance_count += o->instance_count;
+        if (o->kind == CO_OBJECT_MESH)
+            count_mesh(c, o);
+        else if (o->top)
+            c->accel_bytes += co_top_bytes(o->top);
+    }
+}
+
 bool co_scene_commit_objects(CohortScene *scene, CohortError *err)
 {
     if (!commit_meshes(scene, err))
@@ -279,19 +313,7 @@ bool co_scene_commit_objects(CohortScene *scene, CohortError *err)
         scene->objects[i].visit = CO_VISIT_NEW;
     if (!commit_object(scene, 0, 0, err) || !commit_paths(scene, err))
         return false;
-    CohortSceneCounts *c = &scene->counts;
-    c->triangle_count = c->mesh_count = c->instance_count = c->geometry_bytes = c->accel_bytes = 0;
-    for (uint32_t i = 0; i < scene->object_count; i++) {
-        CoSceneObject *o = &scene->objects[i];
-        o->is_dirty = false;
-        c->instance_count += o->instance_count;
-        c->accel_bytes += o->bvh ? co_bvh_bytes(o->bvh) : o->top ? co_top_bytes(o->top) : 0;
-        if (o->kind == CO_OBJECT_MESH) {
-            c->mesh_count++;
-            c->triangle_count += o->mesh.tri_count;
-            c->geometry_bytes += o->mesh.bytes;
-        }
-    }
+    count_scene(scene);
     return true;
 }
 

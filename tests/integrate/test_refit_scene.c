@@ -114,6 +114,11 @@ static void moved_points_and_places_are_refitted(void **state)
         set_places(scene, object, 0.01);
         expect_same(scene, schemes[s], 0.3f, 0.01);
         cohort_scene_counts(scene, &counts);
+        assert_true(counts.point_bytes >= 12 * POINTS && counts.topology_bytes > 0);
+        assert_true(counts.point_bytes + counts.topology_bytes + counts.normal_bytes <
+                    counts.geometry_bytes);
+        assert_true(counts.node_bytes > 0 &&
+                    counts.node_bytes + counts.leaf_bytes < counts.accel_bytes);
         assert_int_equal(counts.mesh_builds, 2);
         assert_int_equal(counts.mesh_refits, 1);
         assert_int_equal(counts.group_builds, 1);

@@ -293,6 +293,10 @@ typedef struct CohortSceneCounts {
     uint64_t light_builds, material_builds, camera_builds, texture_opens;
     uint64_t triangle_count, mesh_count, instance_count; // of the scene as it stands
     uint64_t geometry_bytes, accel_bytes;
+    // Of geometry_bytes; the rest are primvars and tables of faces.
+    uint64_t point_bytes, topology_bytes, normal_bytes;
+    // Of accel_bytes; the rest are the trees over instances.
+    uint64_t node_bytes, leaf_bytes;
 } CohortSceneCounts;
 
 // Makes the edits effective. Missing textures and the like are warnings. Cancel: none.
