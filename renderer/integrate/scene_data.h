@@ -127,6 +127,7 @@ struct CohortScene {
     uint32_t *texture_ids;   // scene texture id -> CoTextures id
     uint32_t textures_added; // how many of them are valid
     CoLights *lights;
+    double lights_frame[3]; // the frame they were built in
     CoLightImage *light_images;
     uint32_t light_image_count;
     CoObject *accel_objects;

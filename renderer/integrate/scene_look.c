@@ -162,7 +162,12 @@ static bool build_lights(CohortScene *scene, CohortLightDesc *descs, CohortError
 bool co_scene_commit_lights(CohortScene *scene, CohortError *err)
 {
     uint32_t n = scene->light_count;
+    // Built in the render frame, which other edits may move; else the images need no second reading.
+    if (scene->lights && !scene->lights_dirty &&
+        memcmp(scene->lights_frame, scene->frame, sizeof scene->frame) == 0)
+        return true;
     release_lights(scene);
+    memcpy(scene->lights_frame, scene->frame, sizeof scene->frame);
     CohortLightDesc *descs = co_alloc(TAG, (n + 1) * sizeof *descs);
     scene->light_images = co_alloc_zero(TAG, (n + 1) * sizeof *scene->light_images);
     bool ok = descs && scene->light_images;

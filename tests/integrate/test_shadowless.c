@@ -111,12 +111,38 @@ static void hidden_domes_light_and_are_not_seen(void **state)
     cohort_scene_destroy(scene);
 }
 
+// What is no edit of a light leaves the lights, and their images, alone, unless it moves the frame.
+static void lights_are_built_when_they_change(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CohortLightDesc rect = cohort_light_default(COHORT_LIGHT_RECT);
+    CohortScene *scene = shed(true, &rect);
+    CohortSceneCounts counts;
+    test_camera(scene, 0, 0, 0.5, 1.0, &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    cohort_scene_counts(scene, &counts);
+    assert_int_equal(counts.light_builds, 1);
+    rect.intensity = 2.0f;
+    TEST_OK(cohort_scene_set_light(scene, 0, &rect, &err), &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    cohort_scene_counts(scene, &counts);
+    assert_int_equal(counts.light_builds, 2);
+    CohortInstanceDesc far = test_place(1, 1e4, 0, 0, 1);
+    TEST_OK(cohort_scene_set_group(scene, 0, &far, 1, &err), &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    cohort_scene_counts(scene, &counts);
+    assert_int_equal(counts.light_builds, 3);
+    cohort_scene_destroy(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_without_shadows_goes_through),
         cmocka_unit_test(cutouts_do_not_collect_twice),
         cmocka_unit_test(hidden_domes_light_and_are_not_seen),
+        cmocka_unit_test(lights_are_built_when_they_change),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
