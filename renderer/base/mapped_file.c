@@ -46,6 +46,14 @@ void co_mapped_file_close(CoMappedFile *file)
     *file = (CoMappedFile){NULL, 0};
 }
 
+void co_mapped_file_release(const void *begin, const void *stop)
+{
+    uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+    uintptr_t from = (uintptr_t)begin & ~(page - 1), to = (uintptr_t)stop & ~(page - 1);
+    if (to > from)
+        madvise((void *)from, to - from, MADV_DONTNEED);
+}
+
 int co_scratch_file(const char *folder, size_t bytes, CohortError *err)
 {
     if (!folder || !folder[0])

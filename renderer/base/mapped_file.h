@@ -14,6 +14,10 @@ typedef struct CoMappedFile {
 bool co_mapped_file_open(const char *path, CoMappedFile *out, CohortError *err);
 void co_mapped_file_close(CoMappedFile *file);
 
+// Gives the memory of what was read between two places of a mapped file back; the page of `stop`
+// stays. Reading there again reads the file.
+void co_mapped_file_release(const void *begin, const void *stop);
+
 // Creates a file in `folder` (NULL: $TMPDIR or /tmp) that has no name any more, so that it never
 // outlives the process. `bytes` are allocated at once: a full disk is reported here, not as a signal
 // later. Returns the descriptor, or -1.

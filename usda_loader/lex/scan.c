@@ -49,6 +49,17 @@ void co_scan_place(CoScan *scan, const char *at, uint32_t *line, uint32_t *colum
     *column = (uint32_t)(at - scan->line_begin) + 1;
 }
 
+void co_scan_count_lines(CoScan *scan, const char *at, uint32_t lines)
+{
+    scan->counted = at;
+    scan->line += lines;
+    if (!lines)
+        return;
+    while (at[-1] != '\n')
+        at--;
+    scan->line_begin = at;
+}
+
 // ---- White space -------------------------------------------------------------------------------
 
 static bool skip_block_comment(CoScan *scan)

@@ -48,6 +48,10 @@ void co_scan_init(CoScan *scan, const char *text, size_t size);
 // order.
 void co_scan_place(CoScan *scan, const char *at, uint32_t *line, uint32_t *column);
 
+// Says how many line ends stand between the place last asked for and `at`, where someone else has
+// counted.
+void co_scan_count_lines(CoScan *scan, const char *at, uint32_t lines);
+
 // Padding of three strengths: blanks and /* */; also # and // comments up to the line's end; also
 // line ends. An unterminated /* is no padding. Each returns whether anything was skipped.
 bool co_scan_inline(CoScan *scan);

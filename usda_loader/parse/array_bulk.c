@@ -1,139 +1,219 @@
-// Long lists of plain numbers, by several threads. The text up to the closing bracket is cut into
-// blocks that begin at an element; elements are counted by what each has one of (its parenthesis, or
-// the comma behind it), which gives the size of the array and where each block's elements go. A block
-// is good when its elements end exactly where the next begins, so good blocks in a row are what one
-// loop over the text would have read; the first that is not good says where that loop had stopped.
+// Long lists of plain numbers, by several threads. The text up to the closing bracket is taken in
+// blocks of a fixed size. Elements are counted by what each has one of, the parenthesis before it or
+// the comma behind it, and belong to the block in which that stands; this gives the size of the array
+// and where the elements of each block begin and go. As long as each block ends where the next begins,
+// one loop over the text would have read the same; the first that does not says where that loop had
+// stopped.
 
+#include "base/mapped_file.h"
 #include "base/parallel.h"
 #include "parse/array.h"
 
 #include <string.h>
 
 enum {
-    BLOCK_BYTES = 1 << 16
+    BLOCK_BYTES = 1 << 16,
+    FIRST_WAVE = 8 // blocks looked at before it is known where the list ends
 };
 
 typedef struct Block {
-    const char *from, *stop;
-    size_t first, expected; // elements before it; in it
-    size_t count;           // read
+    const char *text;       // where the block begins
+    const char *closing;    // its first ']', or NULL
+    const char *mark_at;    // its first parenthesis or last comma
+    size_t lines, expected; // line ends and elements in it
+    const char *from;       // its first element
+    size_t first;           // elements before it
     const char *at;         // where reading ended
+    size_t count;           // elements read
 } Block;
 
 typedef struct Bulk {
+    const CoParser *parser;
     const CoArray *array;
-    const char *safe;
-    char mark; // that each element has one of
+    const char *begin, *stop; // all of the list, or as much as is known
+    char mark;                // that each element has one of
     Block *blocks;
-    size_t block_count;
+    size_t block_count, capacity;
 } Bulk;
+
+// ---- Counting ----------------------------------------------------------------------------------
 
 typedef signed char Lanes __attribute__((vector_size(16)));
 
-// Bytes equal to `wanted`. Lanes of what is equal are -1, so 127 steps fit before they are added up.
-static size_t count_bytes(const char *at, const char *stop, char wanted)
+typedef struct Counts {
+    size_t marks, lines;
+    bool closes; // there may be a ']'
+} Counts;
+
+static size_t add_lanes(Lanes lanes)
 {
-    const Lanes pattern = (Lanes){0} + (signed char)wanted;
-    size_t count = 0;
-    while ((size_t)(stop - at) >= sizeof pattern) {
-        Lanes sums = {0};
-        for (int i = 0; i < 127 && (size_t)(stop - at) >= sizeof sums; i++, at += sizeof sums) {
-            Lanes bytes;
-            memcpy(&bytes, at, sizeof bytes);
-            sums -= bytes == pattern;
-        }
-        for (size_t i = 0; i < sizeof sums; i++)
-            count += (size_t)sums[i];
-    }
-    for (; at < stop; at++)
-        count += *at == wanted;
-    return count;
+    size_t sum = 0;
+    for (size_t i = 0; i < sizeof lanes; i++)
+        sum += (size_t)lanes[i];
+    return sum;
 }
 
+static Counts count_bytes(const char *at, const char *stop, char mark)
+{
+    const Lanes zero = {0}, marks = zero + (signed char)mark;
+    const Lanes lines = zero + '\n', closings = zero + ']';
+    Counts out = {0};
+    Lanes closed = zero;
+    while ((size_t)(stop - at) >= sizeof zero) {
+        Lanes mark_sums = zero, line_sums = zero;
+        // What is equal is -1, so that 127 steps fit.
+        for (int i = 0; i < 127 && (size_t)(stop - at) >= sizeof zero; i++, at += sizeof zero) {
+            Lanes bytes;
+            memcpy(&bytes, at, sizeof bytes);
+            mark_sums -= bytes == marks;
+            line_sums -= bytes == lines;
+            closed |= bytes == closings;
+        }
+        out.marks += add_lanes(mark_sums);
+        out.lines += add_lanes(line_sums);
+    }
+    out.closes = add_lanes(closed) != 0;
+    for (; at < stop; at++) {
+        out.marks += *at == mark;
+        out.lines += *at == '\n';
+        out.closes |= *at == ']';
+    }
+    return out;
+}
+
+static const char *last_of(const char *at, const char *stop, char c)
+{
+    while (stop > at && stop[-1] != c)
+        stop--;
+    return stop - 1;
+}
+
+// Of those behind the `block_count` that are done already.
 static void count_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Bulk *bulk = context;
     (void)worker;
-    for (size_t i = begin; i < end; i++) {
+    for (size_t i = bulk->block_count + begin; i < bulk->block_count + end; i++) {
         Block *block = &bulk->blocks[i];
-        block->expected = count_bytes(block->from, block->stop, bulk->mark);
+        const char *text = bulk->begin + i * BLOCK_BYTES;
+        const char *stop =
+            (size_t)(bulk->stop - text) > BLOCK_BYTES ? text + BLOCK_BYTES : bulk->stop;
+        Counts counts = count_bytes(text, stop, bulk->mark);
+        *block = (Block){.text = text};
+        if (counts.closes) {
+            stop = block->closing = memchr(text, ']', (size_t)(stop - text));
+            counts = count_bytes(text, stop, bulk->mark);
+        }
+        block->lines = counts.lines;
+        block->expected = counts.marks;
+        if (counts.marks)
+            block->mark_at = bulk->mark == '(' ? memchr(text, '(', (size_t)(stop - text))
+                                               : last_of(text, stop, ',');
     }
+}
+
+// Counts block after block up to the one that ends the list.
+static bool find_end(CoParser *p, Bulk *bulk)
+{
+    size_t all = (size_t)(bulk->stop - bulk->begin + BLOCK_BYTES - 1) / BLOCK_BYTES;
+    while (bulk->block_count < all) {
+        size_t count = bulk->block_count / 2 > FIRST_WAVE ? bulk->block_count / 2 : FIRST_WAVE;
+        count = count < all - bulk->block_count ? count : all - bulk->block_count;
+        size_t capacity = bulk->block_count + count;
+        Block *blocks =
+            co_realloc(CO_MEMORY_USDA, bulk->blocks, bulk->capacity * sizeof *bulk->blocks,
+                       capacity * sizeof *bulk->blocks);
+        if (!blocks)
+            return co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        bulk->blocks = blocks;
+        bulk->capacity = capacity;
+        co_parallel_for(count, 2, count_blocks, bulk);
+        for (size_t i = 0; i < count; i++) {
+            const Block *block = &bulk->blocks[bulk->block_count++];
+            if (!block->closing)
+                continue;
+            bulk->stop = block->closing;
+            return true;
+        }
+    }
+    return true;
+}
+
+// ---- Reading -----------------------------------------------------------------------------------
+
+// Says of each block where its elements begin and go. Returns how many there are, SIZE_MAX when so
+// many cannot stand in so little text.
+static size_t place_elements(Bulk *bulk)
+{
+    size_t total = 0;
+    const char *from = bulk->begin;
+    for (size_t i = 0; i < bulk->block_count; i++) {
+        Block *block = &bulk->blocks[i];
+        block->first = total;
+        total += block->expected;
+        if (!block->expected)
+            continue;
+        block->from = bulk->mark == '(' ? block->mark_at : from;
+        if (bulk->mark == ',')
+            for (from = block->mark_at + 1;
+                 *from == ' ' || *from == '\n' || *from == '\t' || *from == '\r';)
+                from++;
+    }
+    size_t least = 2 * (size_t)co_type_width(bulk->array->info) + (bulk->mark == '(');
+    return total > (size_t)(bulk->stop - bulk->begin) / least + 1 ? SIZE_MAX : total;
 }
 
 static void read_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Bulk *bulk = context;
     const CoArray *array = bulk->array;
+    const CoParser *p = bulk->parser;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
         Block *block = &bulk->blocks[i];
-        CoPlainRun run = {block->from, block->stop, array->data + block->first * array->element,
-                          block->expected, 0};
-        co_plain_read(array->info, bulk->safe, &run);
+        if (!block->expected)
+            continue;
+        CoPlainRun run = {block->from, p->scan.safe,
+                          array->data + block->first * array->element, block->expected, 0};
+        co_plain_read(array->info, p->scan.safe, &run);
         block->at = run.at;
         block->count = run.count;
+        if (p->is_mapped)
+            co_mapped_file_release(block->text, run.at);
     }
-}
-
-// The first element at or after a place.
-static const char *next_element(const char *at, const char *stop, char mark)
-{
-    at = memchr(at, mark, (size_t)(stop - at));
-    if (!at)
-        return stop;
-    if (mark == '(')
-        return at;
-    at++;
-    while (at < stop && (*at == ' ' || *at == '\n' || *at == '\t' || *at == '\r'))
-        at++;
-    return at;
-}
-
-// Cuts [from, stop), whose length is above BLOCK_BYTES.
-static void cut(Bulk *bulk, const char *from, const char *stop)
-{
-    bulk->block_count = 0;
-    while (from < stop) {
-        const char *next = (size_t)(stop - from) <= BLOCK_BYTES
-                               ? stop
-                               : next_element(from + BLOCK_BYTES, stop, bulk->mark);
-        bulk->blocks[bulk->block_count++] = (Block){.from = from, .stop = next};
-        from = next;
-    }
-}
-
-// Elements of all blocks; SIZE_MAX when so many cannot stand in so little text.
-static size_t add_up(Bulk *bulk, size_t bytes)
-{
-    size_t total = 0;
-    for (size_t i = 0; i < bulk->block_count; i++) {
-        bulk->blocks[i].first = total;
-        total += bulk->blocks[i].expected;
-    }
-    size_t least = 2 * (size_t)co_type_width(bulk->array->info) + (bulk->mark == '(' ? 1 : 0);
-    return total > bytes / least + 1 ? SIZE_MAX : total;
 }
 
 // How far one loop over the text would have come.
 static void take(CoParser *p, CoArray *array, const Bulk *bulk)
 {
+    size_t lines = 0;
+    const char *counted = bulk->begin;
+    uint32_t line, column;
+    co_scan_place(&p->scan, counted, &line, &column);
     for (size_t i = 0; i < bulk->block_count; i++) {
         const Block *block = &bulk->blocks[i];
-        array->count = block->first + block->count;
-        p->scan.at = block->at;
-        if (block->at != block->stop)
-            return;
+        if (block->expected && block->from != p->scan.at)
+            break;
+        counted = block->text;
+        if (block->expected) {
+            array->count = block->first + block->count;
+            p->scan.at = block->at;
+            if (block->count != block->expected)
+                break;
+        }
+        lines += block->lines;
+        counted = i + 1 < bulk->block_count ? bulk->blocks[i + 1].text : bulk->stop;
     }
+    co_scan_count_lines(&p->scan, counted, (uint32_t)lines);
 }
 
-static bool read_all(CoParser *p, CoArray *array, Bulk *bulk, size_t bytes)
+static bool read_all(CoParser *p, CoArray *array, Bulk *bulk)
 {
-    co_parallel_for(bulk->block_count, 4, count_blocks, bulk);
-    size_t total = add_up(bulk, bytes);
+    size_t total = place_elements(bulk);
     // A list too long, or no list: the general reader says so, in its place.
     if (total >= p->max_array_length)
         return true;
-    // The last element has no comma.
+    // The last element of scalars has no comma.
     size_t capacity = total + 1;
     array->data = co_arena_bytes(&p->layer->arena, capacity * array->element, 64);
     if (!array->data)
@@ -147,23 +227,21 @@ static bool read_all(CoParser *p, CoArray *array, Bulk *bulk, size_t bytes)
 
 bool co_parse_bulk(CoParser *p, CoArray *array)
 {
-    if (array->count || array->is_final || p->scan.at < array->bulk_end ||
-        p->scan.at + BLOCK_BYTES > p->scan.safe)
+    const char *at = p->scan.at;
+    if (array->count || array->is_final || at < array->bulk_end || at + BLOCK_BYTES > p->scan.safe)
         return true;
-    size_t left = (size_t)(p->scan.safe - p->scan.at);
-    const char *stop = memchr(p->scan.at, ']', left);
-    stop = stop ? stop : p->scan.safe;
-    array->bulk_end = stop;
-    size_t bytes = (size_t)(stop - p->scan.at);
-    if (bytes <= BLOCK_BYTES)
+    const char *closing = memchr(at, ']', BLOCK_BYTES);
+    array->bulk_end = closing;
+    if (closing)
         return true;
-    Bulk bulk = {.array = array, .safe = p->scan.safe, .mark = array->info->columns ? '(' : ','};
-    size_t most = bytes / BLOCK_BYTES + 1;
-    bulk.blocks = co_alloc(CO_MEMORY_USDA, most * sizeof *bulk.blocks);
-    if (!bulk.blocks)
-        return co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    cut(&bulk, p->scan.at, stop);
-    bool good = read_all(p, array, &bulk, bytes);
-    co_free(CO_MEMORY_USDA, bulk.blocks, most * sizeof *bulk.blocks);
+    Bulk bulk = {.parser = p,
+                 .array = array,
+                 .begin = at,
+                 .stop = p->scan.safe,
+                 .mark = array->info->columns ? '(' : ','};
+    bool good = find_end(p, &bulk);
+    array->bulk_end = bulk.stop;
+    good = good && read_all(p, array, &bulk);
+    co_free(CO_MEMORY_USDA, bulk.blocks, bulk.capacity * sizeof *bulk.blocks);
     return good;
 }

@@ -104,10 +104,17 @@ static bool begin(CoParser *p, const char *path, CohortError *err)
     return layer->root != NULL;
 }
 
-CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
-                        const CohortStageOptions *options, CohortDiagnosticFn *report, void *cookie,
-                        CohortError *err)
+typedef struct Source {
+    const char *path, *text;
+    size_t size;
+    bool is_mapped;
+} Source;
+
+static CoLayer *parse_source(const Source *source, const CohortStageOptions *options,
+                             CohortDiagnosticFn *report, void *cookie, CohortError *err)
 {
+    const char *path = source->path, *text = source->text;
+    size_t size = source->size;
     static const CohortStageOptions defaults = {0};
     const CohortStageOptions *o = options ? options : &defaults;
     uint64_t max_bytes = limit(o->max_bytes, UINT64_C(16) << 30);
@@ -132,6 +139,8 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
         .report = report,
         .cookie = cookie,
         .err = err,
+        .is_mapped = source->is_mapped,
+        .released = text,
     };
     co_scan_init(&parser.scan, size ? text : "", size);
     bool begun = begin(&parser, path, err);
@@ -152,6 +161,14 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
         return NULL;
     }
     return layer;
+}
+
+CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
+                        const CohortStageOptions *options, CohortDiagnosticFn *report, void *cookie,
+                        CohortError *err)
+{
+    const Source source = {path, text, size, false};
+    return parse_source(&source, options, report, cookie, err);
 }
 
 static bool refuse_binary(const void *data, size_t size, const char *path, CohortError *err)
@@ -204,7 +221,8 @@ CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
     if (co_mapped_file_open(name, &file, &local)) {
         parsed = refuse_binary(file.data, file.size, name, &local);
         if (parsed)
-            layer = co_layer_parse(name, file.data, file.size, options, report, cookie, &local);
+            layer = parse_source(&(Source){name, file.data, file.size, true}, options, report,
+                                 cookie, &local);
         co_mapped_file_close(&file);
     }
     // What the parser found it has reported already.

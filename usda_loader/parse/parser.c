@@ -145,9 +145,11 @@ bool co_parse_deeper(CoParser *p, const char *at)
 
 uint32_t co_parse_line(CoParser *p, const char *at)
 {
-    uint32_t line, column;
-    co_scan_place(&p->scan, at, &line, &column);
-    return line;
+    uint32_t column;
+    if (at != p->line_at)
+        co_scan_place(&p->scan, at, &p->line, &column);
+    p->line_at = at;
+    return p->line;
 }
 
 // ---- Statements and lists ----------------------------------------------------------------------

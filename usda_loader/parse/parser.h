@@ -53,6 +53,10 @@ typedef struct CoParser {
     CoKnownType types[CO_NAME_CACHE];    // named last, by address
     CoKept kept[CO_KEPT_CACHE];          // small values stored last, by hash
     void *spare[CO_SPARE_SIZES];         // blocks that lists outgrew, by log2 of the size
+    const char *line_at; // the last place whose line was asked for
+    uint32_t line;
+    bool is_mapped;       // the text is a file that can be read again
+    const char *released; // text whose memory was given back
     uint32_t error_count;
     bool stopped;    // memory or a limit is at an end: no recovery
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
@@ -87,6 +91,7 @@ bool co_parse_type(CoParser *p, const char *name, CohortType *type, bool *is_arr
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at);
 bool co_parse_deeper(CoParser *p, const char *at); // p->depth++ within the limit
 bool co_parse_scratch(CoParser *p, size_t size);   // at least that many bytes
+// Going back costs a search. Who asks behind a long value asks before it too: the last answer is kept.
 uint32_t co_parse_line(CoParser *p, const char *at);
 
 // ---- Statements and lists (parser.c)

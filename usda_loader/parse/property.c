@@ -147,6 +147,7 @@ static bool parse_default(CoParser *p, CoSpec *attribute)
 {
     const char *at = p->scan.at;
     CoValue parsed;
+    co_parse_line(p, at);
     if (!co_parse_assignment(p))
         return false;
     if (co_scan_word(&p->scan, "AnimationBlock"))

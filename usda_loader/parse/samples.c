@@ -74,6 +74,7 @@ bool co_parse_samples(CoParser *p, CoSpec *attribute)
     const char *at = p->scan.at;
     CoTimeSamples *all = co_parse_alloc(p, 1, sizeof *all);
     Samples samples = {attribute, all, true};
+    co_parse_line(p, at);
     if (!all || !co_parse_assignment(p) || !co_parse_char(p, '{') ||
         !co_parse_list(p, '}', false, sample_item, &samples))
         return false;

@@ -1,13 +1,15 @@
 // Specs: creation while parsing, and the queries of the finished layer.
 
 #include "base/hash.h"
+#include "base/mapped_file.h"
 #include "parse/parser.h"
 
 #include <string.h>
 
 // Lists up to this length are searched in order; longer ones have a table of their positions.
 enum {
-    SHORT_LIST = 16
+    SHORT_LIST = 16,
+    RELEASE_BYTES = 4 << 20
 };
 
 typedef struct Table {
@@ -127,9 +129,19 @@ static CoContents *contents_of(CoParser *p, CoSpec *spec)
     return spec->contents;
 }
 
+// Text that has been read need not stay in memory.
+static void release_text(CoParser *p)
+{
+    if (!p->is_mapped || p->scan.at - p->released < RELEASE_BYTES)
+        return;
+    co_mapped_file_release(p->released, p->scan.at);
+    p->released = p->scan.at;
+}
+
 CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *name,
                       const char *at)
 {
+    release_text(p);
     CoSpec *spec = co_parse_alloc(p, 1, sizeof *spec);
     if (!spec)
         return NULL;
