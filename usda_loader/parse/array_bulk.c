@@ -13,7 +13,9 @@
 
 enum {
     BLOCK_BYTES = 1 << 16,
-    FIRST_WAVE = 8 // blocks looked at before it is known where the list ends
+    FIRST_WAVE = 8, // blocks looked at before it is known where the list ends
+    GRAINS = 16,    // pieces of the work, at least, for even shares
+    MOST_GRAIN = 16 // blocks in one
 };
 
 typedef struct Block {
@@ -178,9 +180,11 @@ static void read_blocks(void *context, size_t begin, size_t end, uint32_t worker
         co_plain_read(array->info, p->scan.safe, &run);
         block->at = run.at;
         block->count = run.count;
-        if (p->is_mapped)
-            co_mapped_file_release(block->text, run.at);
     }
+    // Not block by block: each time the other threads are interrupted.
+    const Block *last = &bulk->blocks[end - 1];
+    if (p->is_mapped && last->expected)
+        co_mapped_file_release(bulk->blocks[begin].text, last->at);
 }
 
 // How far one loop over the text would have come.
@@ -220,7 +224,9 @@ static bool read_all(CoParser *p, CoArray *array, Bulk *bulk)
         return co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     array->capacity = capacity;
     array->is_final = true;
-    co_parallel_for(bulk->block_count, 1, read_blocks, bulk);
+    size_t grain = bulk->block_count / GRAINS;
+    grain = grain < 1 ? 1 : grain > MOST_GRAIN ? MOST_GRAIN : grain;
+    co_parallel_for(bulk->block_count, grain, read_blocks, bulk);
     take(p, array, bulk);
     return true;
 }

@@ -138,8 +138,7 @@ static const void *copy(CoParser *p, const void *data, size_t size, size_t align
     unsigned char *memory = co_arena_bytes(&p->layer->arena, size + (align == 1), align);
     if (!memory)
         return or_stop(p, NULL);
-    if (size)
-        memcpy(memory, data, size);
+    memcpy(memory, data, size);
     if (align == 1)
         memory[size] = '\0';
     return memory;
@@ -162,6 +161,8 @@ static uint64_t hash_small(const unsigned char *data, size_t size)
 
 static const void *keep(CoParser *p, const void *data, size_t size, size_t align)
 {
+    if (!size)
+        data = ""; // lists without items have no address
     if (size > SMALL_BYTES)
         return copy(p, data, size, align);
     CoKept *kept = &p->kept[hash_small(data, size) % CO_KEPT_CACHE];
