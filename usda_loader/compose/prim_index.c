@@ -164,6 +164,16 @@ static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
     }
 }
 
+// Implied classes under relocates pass the test above; that the index of a site would need itself
+// is a cycle all the same.
+static bool is_being_built(const CoIndexer *indexer, const CoSite *site)
+{
+    for (const CoFrame *frame = indexer->frame; frame; frame = frame->outer->frame)
+        if (frame->requested == site)
+            return true;
+    return false;
+}
+
 static bool is_duplicate(const CoIndexer *indexer, const CoSite *site)
 {
     const CoPath *path = site->path;
@@ -240,7 +250,7 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     static const char *const kinds[] = {"root",      "inherit", "variant",   "relocate",
                                         "reference", "payload", "specialize"};
     arc->site->stack->arc_count++;
-    if (is_cycle(indexer, arc)) {
+    if (is_cycle(indexer, arc) || (options.has_ancestors && is_being_built(indexer, arc->site))) {
         char text[256];
         co_path_text(arc->site->path, text, sizeof text);
         co_composer_warn(c, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
