@@ -224,6 +224,17 @@ static void iteration_shows_active_defined_prims_in_order(void **state)
     cohort_stage_destroy(stage);
 }
 
+// Under a relocate a class may stand for the relocate's own source, whose index then needs itself.
+static void relocated_classes_come_to_an_end(void **state)
+{
+    (void)state;
+    Reports reports = {0};
+    CohortStage *stage = test_open("relocate_loop.usda", &reports);
+    assert_true(test_was_reported(&reports, "/World/Looped/Z", "leads back to itself"));
+    assert_non_null(cohort_stage_prim(stage, "/World/Looped/Z"));
+    cohort_stage_destroy(stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -235,6 +246,7 @@ int main(void)
         cmocka_unit_test(equal_instances_share_their_children),
         cmocka_unit_test(instances_inside_classes_serve_only_classes),
         cmocka_unit_test(relocates_move_and_remove),
+        cmocka_unit_test(relocated_classes_come_to_an_end),
         cmocka_unit_test(what_is_broken_is_reported_and_the_rest_stands),
         cmocka_unit_test(what_is_unsupported_is_named),
         cmocka_unit_test(many_children_are_found_by_name),
