@@ -97,6 +97,12 @@ static uint32_t add_class(CoIndexer *indexer, CoArcSpec arc, const CoSite *same,
     CoArcOptions options = {.is_placeholder = path == parent->path || arc.site == same};
     options.skip_duplicates = !options.is_placeholder;
     options.has_ancestors = !options.is_placeholder && path->length > 1;
+    // What is specialized elsewhere already is so from here as well, for those that refer to this.
+    uint32_t echo = CO_NO_NODE;
+    if (arc.kind == CO_ARC_SPECIALIZE && !options.is_placeholder)
+        echo = co_indexer_add_echo(indexer, &arc);
+    if (echo != CO_NO_NODE)
+        return echo;
     return co_indexer_add_arc(indexer, &arc, options, name ? name->layer : NULL,
                               name ? name->line : 0);
 }
@@ -120,7 +126,7 @@ void co_arc_inherits(CoIndexer *indexer, uint32_t node, CoArcKind kind)
         const CoPath *path =
             co_path_parse(&c->paths, name->text, length, site->path->prim, &malformed);
         if (malformed || !path || !path->parent) {
-            co_composer_warn(c, name->layer->file, name->line, co_indexer_stage_path(indexer),
+            co_composer_warn(c, COHORT_PROBLEM_INVALID_PRIM_PATH, name->layer->file, name->line, co_indexer_stage_path(indexer),
                              "<%s> is no prim to %s from", name->text,
                              inherits ? "inherit" : "specialize");
             continue;

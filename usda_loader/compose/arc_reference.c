@@ -15,10 +15,10 @@ typedef struct CoArcTarget {
     double offset, scale;
 } CoArcTarget;
 
-static void warn(CoIndexer *indexer, const CoSiteArc *arc, bool is_payload, const char *what,
+static void warn(CoIndexer *indexer, CohortProblemKind kind, const CoSiteArc *arc, bool is_payload, const char *what,
                  const char *detail)
 {
-    co_composer_warn(indexer->c, arc->layer->file, arc->line, co_indexer_stage_path(indexer),
+    co_composer_warn(indexer->c, kind, arc->layer->file, arc->line, co_indexer_stage_path(indexer),
                      "the %s to @%s@%s%s%s %s%s", is_payload ? "payload" : "reference",
                      arc->authored, *arc->prim ? "<" : "", arc->prim, *arc->prim ? ">" : "", what,
                      detail);
@@ -43,22 +43,25 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
     target->stack = site->stack;
     double rate = 1;
     if (*arc->asset && co_composer_is_muted(c, arc->asset)) {
-        warn(indexer, arc, is_payload, "is left out: its layer is muted", "");
+        warn(indexer, COHORT_PROBLEM_MUTED_ASSET_PATH,
+             arc, is_payload, "is left out: its layer is muted", "");
         return false;
     }
     if (*arc->asset) {
         CohortError err = {0};
         file = co_composer_layer(c, arc->asset, &err);
         if (!file) {
-            warn(indexer, arc, is_payload, "is left out: ", err.message);
+            warn(indexer, COHORT_PROBLEM_INVALID_ASSET_PATH,
+             arc, is_payload, "is left out: ", err.message);
             return false;
         }
         target->stack = co_composer_stack(c, file, site->stack->variables);
         rate = arc->layer->file->time_codes_per_second / file->time_codes_per_second;
     }
     double offset = arc->offset, scale = arc->scale;
-    if (!isfinite(offset) || !isfinite(scale) || scale == 0) {
-        warn(indexer, arc, is_payload, "has an unusable offset, which is ignored", "");
+    if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
+        warn(indexer, COHORT_PROBLEM_INVALID_REFERENCE_OFFSET,
+             arc, is_payload, "has an unusable offset, which is ignored", "");
         offset = 0;
         scale = 1;
     }
@@ -68,7 +71,8 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         target->path = default_prim(indexer, file);
         target->is_nothing = !target->path;
         if (target->is_nothing) {
-            warn(indexer, arc, is_payload, "leads to a layer without a default prim", "");
+            warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,
+             arc, is_payload, "leads to a layer without a default prim", "");
             target->path = &c->paths.root;
         }
         return true;
@@ -78,7 +82,8 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         target->path =
             co_path_parse(&c->paths, arc->prim, strlen(arc->prim), &c->paths.root, &malformed);
     if (malformed) {
-        warn(indexer, arc, is_payload, "names no prim and is left out", "");
+        warn(indexer, COHORT_PROBLEM_INVALID_PRIM_PATH,
+             arc, is_payload, "names no prim and is left out", "");
         return false;
     }
     co_composer_need(c, target->path);
@@ -117,7 +122,8 @@ static void add(CoIndexer *indexer, uint32_t node, const CoSiteArc *arc, int num
     for (uint32_t i = 0; i < count && !is_there; i++)
         is_there = indexer->graph.nodes[order[i]].site->spec_count > 0;
     if (!is_there)
-        warn(indexer, arc, is_payload, "leads to no prim", "");
+        warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,
+             arc, is_payload, "leads to no prim", "");
 }
 
 void co_arc_references(CoIndexer *indexer, uint32_t node, bool payloads)

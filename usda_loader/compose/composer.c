@@ -103,8 +103,19 @@ const void *co_composer_need(CoComposer *c, const void *made)
     return made;
 }
 
-void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, const CoPath *path,
-                      const char *format, ...)
+static void keep_problem(CoComposer *c, CohortProblem problem)
+{
+    c->problems = co_composer_grow(c, c->problems, c->problem_count, &c->problem_capacity,
+                                   sizeof *c->problems);
+    problem.prim =
+        co_composer_need(c, co_arena_string(&c->arena, problem.prim, strlen(problem.prim)));
+    problem.text =
+        co_composer_need(c, co_arena_string(&c->arena, problem.text, strlen(problem.text)));
+    c->problems[c->problem_count++] = problem;
+}
+
+void co_composer_warn(CoComposer *c, CohortProblemKind kind, const CoLayerFile *layer,
+                      uint32_t line, const CoPath *path, const char *format, ...)
 {
     c->warning_count++;
     c->is_strict_failure |= c->options.strict;
@@ -113,8 +124,10 @@ void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, co
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
+    where[0] = 0;
     if (path)
         co_path_text(path, where, sizeof where);
+    keep_problem(c, (CohortProblem){kind, layer ? layer->path : "", where, text, line});
     if (c->options.strict && c->err && c->err->code == COHORT_OK) {
         CO_FAIL(c->err, COHORT_ERROR_COMPOSITION, "%s", text);
         co_error_place(c->err, layer ? layer->path : NULL, line, 0, path ? where : NULL);

@@ -115,6 +115,7 @@ typedef struct CoComposer {
     CoFieldNames names;
     CoPathList loads, unloads, mask; // of the options (population.h)
     const char **muted;              // tokens
+    const struct CoComposer *donor; // of a stage whose layers may be shared; NULL: none
     CoLayerFile **files;
     size_t file_count, file_capacity;
     CoLayerFile **entries; // open addressing by path: files, and what was read ahead of use
@@ -124,6 +125,8 @@ typedef struct CoComposer {
     CoSite **sites; // open addressing over (stack, path)
     size_t site_count, site_capacity;
     uint64_t warning_count;
+    CohortProblem *problems;
+    size_t problem_count, problem_capacity;
     bool is_strict_failure; // strict, and something was reported
     const CoPath *crowded;  // the last stage prim found to have too many arcs
     size_t crowded_count;   // prims like it
@@ -153,8 +156,9 @@ void *co_composer_grow(CoComposer *c, void *items, size_t count, size_t *capacit
 const void *co_composer_need(CoComposer *c, const void *made);
 
 // Something in the input that composition goes on without. `path` and `layer` may be NULL.
-void co_composer_warn(CoComposer *c, const CoLayerFile *layer, uint32_t line, const CoPath *path,
-                      const char *format, ...) __attribute__((format(printf, 5, 6)));
+void co_composer_warn(CoComposer *c, CohortProblemKind kind, const CoLayerFile *layer,
+                      uint32_t line, const CoPath *path, const char *format, ...)
+    __attribute__((format(printf, 6, 7)));
 
 // The layer at an absolute path: read at first use. NULL when it cannot be read; *err then says
 // why.

@@ -28,6 +28,18 @@ static double time_codes_per_second(const CoComposer *c, const CoLayerFile *file
     return rate == 0 ? 24 : rate;
 }
 
+// A layer that an earlier stage has read, if its file is still the same.
+static CoLayer *known_layer(const CoComposer *c, const char *path)
+{
+    const CoComposer *donor = c->donor;
+    for (size_t i = 0; donor && i < donor->file_count; i++)
+        if (donor->files[i]->path == path && donor->files[i]->layer)
+            return co_layer_is_current(donor->files[i]->layer)
+                       ? co_layer_share(donor->files[i]->layer)
+                       : NULL;
+    return NULL;
+}
+
 const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortError *err)
 {
     CoLayerFile *file = co_file_entry(c, path);
@@ -44,9 +56,12 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
     file->is_used = true;
     bool is_new = !file->reading;
     size_t length = strlen(path);
-    if (length > 5 && !strcmp(path + length - 5, ".mtlx"))
+    bool is_foreign = length > 5 && !strcmp(path + length - 5, ".mtlx");
+    if (is_foreign)
         CO_FAIL(err, COHORT_ERROR_FILE_READ, "MaterialX documents are not supported");
     else
+        file->layer = known_layer(c, path);
+    if (!file->layer && !is_foreign)
         file->layer = co_read_ahead_take(c, file, err);
     c->files[c->file_count++] = file;
     if (!file->layer) {
@@ -130,7 +145,7 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     const char *why = NULL;
     const char *asset = co_expression_evaluate(c, stack->variables, sublayer->asset, &why);
     if (!asset) {
-        co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@: %s", sublayer->asset,
+        co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, walk->file, sublayer->line, NULL, "sublayer @%s@: %s", sublayer->asset,
                          why);
         return;
     }
@@ -142,18 +157,18 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     CohortError err = {0};
     const CoLayerFile *file = co_composer_layer(c, path, &err);
     if (!file) {
-        co_composer_warn(c, walk->file, sublayer->line, NULL, "sublayer @%s@ is left out: %s",
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_PATH, walk->file, sublayer->line, NULL, "sublayer @%s@ is left out: %s",
                          asset, err.message);
         return;
     }
     if (is_open_above(walk, file)) {
-        co_composer_warn(c, walk->file, sublayer->line, NULL,
+        co_composer_warn(c, COHORT_PROBLEM_SUBLAYER_CYCLE, walk->file, sublayer->line, NULL,
                          "sublayer @%s@ is left out: it leads back to itself", asset);
         return;
     }
     double offset = sublayer->offset, scale = sublayer->scale;
-    if (!isfinite(offset) || !isfinite(scale) || scale == 0) {
-        co_composer_warn(c, walk->file, sublayer->line, NULL,
+    if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET, walk->file, sublayer->line, NULL,
                          "sublayer @%s@: its offset is not usable and is ignored", asset);
         offset = 0;
         scale = 1;

@@ -253,6 +253,7 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     if (is_cycle(indexer, arc) || (options.has_ancestors && is_being_built(indexer, arc->site))) {
         char text[256];
         co_path_text(arc->site->path, text, sizeof text);
+<<<<<<< HEAD
         co_composer_warn(c, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
                          "%s %s to <%s> leads back to itself and is left out",
                          arc->kind == CO_ARC_INHERIT ? "an" : "a", kinds[arc->kind], text);
@@ -260,6 +261,11 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     }
     if (is_crowded(indexer, arc)) {
         warn_crowded(indexer, layer, line);
+=======
+        co_composer_warn(c, COHORT_PROBLEM_ARC_CYCLE, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
+                         "a %s to <%s> leads back to itself and is left out", kinds[arc->kind],
+                         text);
+>>>>>>> 484e1ed (usda: reload, splines, edits in samples, problems as data)
         return CO_NO_NODE;
     }
     options.skip_duplicates |= indexer->frame && indexer->frame->skip_duplicates;
@@ -281,6 +287,18 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     add_arc_tasks(indexer, made, options.has_ancestors);
     if (!arc->site->path->parent)
         co_graph_make_inert(&indexer->graph, made, false);
+    return made;
+}
+
+uint32_t co_indexer_add_echo(CoIndexer *indexer, const CoArcSpec *arc)
+{
+    if (!is_duplicate(indexer, arc->site) || is_cycle(indexer, arc))
+        return CO_NO_NODE;
+    uint32_t made = co_graph_insert(indexer->c, &indexer->graph, arc);
+    indexer->graph.nodes[made].is_inert = true;
+    indexer->graph.nodes[made].restricted = 1;
+    co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_CLASSES,
+                                          .node = co_arc_class_start(indexer, made)});
     return made;
 }
 

@@ -185,6 +185,9 @@ static void read_some(void *context, size_t begin, size_t end, uint32_t worker)
 
 void co_read_ahead(CoComposer *c, const CoLayerFile *file)
 {
+    // Most of what a stage has read before it need not be read again.
+    if (c->donor)
+        return;
     uint32_t workers = co_worker_count(), asked = c->options.threads;
     if ((asked ? asked : workers) < 2)
         return;

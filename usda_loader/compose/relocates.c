@@ -48,7 +48,7 @@ static bool is_allowed(CoComposer *c, const CoClaim *claim, bool deletes)
     else if (target && is_below(target, source))
         why = "would move a prim below itself";
     if (why)
-        co_composer_warn(c, claim->file, claim->line, source, "a relocate %s and is ignored", why);
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_RELOCATE, claim->file, claim->line, source, "a relocate %s and is ignored", why);
     return !why;
 }
 
@@ -101,8 +101,10 @@ static void leave_out_contradictions(CoComposer *c, CoClaims *claims)
             if (!how)
                 continue;
             char text[256];
+            bool is_same_target = claim->move.target && claim->move.target == other->move.target;
             co_path_text(other->move.source, text, sizeof text);
-            co_composer_warn(c, claim->file, claim->line, claim->move.source,
+            co_composer_warn(c, is_same_target ? COHORT_PROBLEM_SAME_TARGET_RELOCATES
+                                            : COHORT_PROBLEM_CONFLICTING_RELOCATE, claim->file, claim->line, claim->move.source,
                              "a relocate %s that of <%s> and is ignored", how, text);
             claim->is_out = true;
         }

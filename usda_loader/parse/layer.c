@@ -6,8 +6,10 @@
 #include "parse/parser.h"
 
 #include <limits.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static uint64_t limit(uint64_t asked, uint64_t normal)
 {
@@ -186,6 +188,23 @@ static bool refuse_binary(const void *data, size_t size, const char *path, Cohor
     return false;
 }
 
+static CoFileStamp stamp_of(const char *path)
+{
+    struct stat st;
+    if (stat(path, &st) != 0)
+        return (CoFileStamp){0};
+    return (CoFileStamp){(uint64_t)st.st_ino, (uint64_t)st.st_size, (int64_t)st.st_mtim.tv_sec,
+                         (int64_t)st.st_mtim.tv_nsec};
+}
+
+bool co_layer_is_current(const CoLayer *layer)
+{
+    CoFileStamp now = stamp_of(layer->path);
+    const CoFileStamp *then = &layer->stamp;
+    return then->inode && then->inode == now.inode && then->size == now.size &&
+           then->seconds == now.seconds && then->nanoseconds == now.nanoseconds;
+}
+
 // True if the opener has the layer; *out is NULL then when it could not be read.
 static bool open_given(const char *path, const CohortStageOptions *options,
                        CohortDiagnosticFn *report, void *cookie, CohortError *err, CoLayer **out)
@@ -218,6 +237,7 @@ CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
     const char *name = resolved ? resolved : path;
     CoLayer *layer = NULL;
     bool parsed = false;
+    CoFileStamp stamp = stamp_of(name);
     if (co_mapped_file_open(name, &file, &local)) {
         parsed = refuse_binary(file.data, file.size, name, &local);
         if (parsed)
@@ -225,6 +245,8 @@ CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
                                  cookie, &local);
         co_mapped_file_close(&file);
     }
+    if (layer)
+        layer->stamp = stamp;
     // What the parser found it has reported already.
     if (!parsed && report)
         report(cookie, COHORT_SEVERITY_ERROR, name, local.line, local.column, "", local.message);
@@ -234,9 +256,15 @@ CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
     return layer;
 }
 
+CoLayer *co_layer_share(CoLayer *layer)
+{
+    atomic_fetch_add(&layer->users, 1);
+    return layer;
+}
+
 void co_layer_destroy(CoLayer *layer)
 {
-    if (!layer)
+    if (!layer || (atomic_load(&layer->users) && atomic_fetch_sub(&layer->users, 1)))
         return;
     co_arena_clear(&layer->arena);
     co_free(CO_MEMORY_USDA, layer, sizeof *layer);

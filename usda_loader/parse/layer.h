@@ -209,11 +209,19 @@ struct CoSpec {
 
 _Static_assert(sizeof(CoSpec) <= 40 && sizeof(CoField) <= 32, "specs and fields stay small");
 
+// By which a file that has been written again is told from the one that was read.
+typedef struct CoFileStamp {
+    uint64_t inode, size;
+    int64_t seconds, nanoseconds;
+} CoFileStamp;
+
 typedef struct CoLayer {
     CoArena arena;
     const char *path; // token: absolute, normalised file path
     CoSpec *root;     // kind CO_SPEC_LAYER
     size_t byte_count;
+    CoFileStamp stamp;     // all 0: not from a file
+    _Atomic uint32_t users; // stages beyond the first (co_layer_share)
 } CoLayer;
 
 // Parses text. diagnostics receives every error found (the parser recovers); NULL result when any.
@@ -225,6 +233,12 @@ CoLayer *co_layer_parse(const char *path, const char *text, size_t size,
 // Opens .usda and text .usd; refuses binary crates and packages by name.
 CoLayer *co_layer_open(const char *path, const CohortStageOptions *options,
                        CohortDiagnosticFn *report, void *cookie, CohortError *err);
+
+// One more co_layer_destroy is then needed. Threads: any.
+CoLayer *co_layer_share(CoLayer *layer);
+
+// True if the file is still the one that was read.
+bool co_layer_is_current(const CoLayer *layer);
 void co_layer_destroy(CoLayer *layer);
 
 // Never NULL.
@@ -234,6 +248,11 @@ const CoContents *co_spec_contents(const CoSpec *spec);
 const CoField *co_spec_field(const CoSpec *spec, const char *name);
 const CoSpec *co_spec_child(const CoSpec *spec, const char *name);
 const CoSpec *co_spec_property(const CoSpec *spec, const char *name);
+
+// True if two values say the same, and two specs: name, kind, flags, fields and properties, but not
+// children. Lines do not count.
+bool co_value_equal(const CoValue *a, const CoValue *b);
+bool co_spec_equal(const CoSpec *a, const CoSpec *b);
 
 // Writes the layer as USDA, every spec and field, floats in shortest round-trip form.
 bool co_layer_write(const CoLayer *layer, const char *path, CohortError *err);

@@ -320,6 +320,15 @@ static bool parse_known(CoParser *p, CoSpec *spec, const KnownField *known, cons
     return value != NULL;
 }
 
+static bool parse_type_name(CoParser *p, CoSpec *prim)
+{
+    CohortString text;
+    if (!co_parse_assignment(p) || !co_parse_string(p, &text))
+        return false;
+    prim->type_name = co_parse_token(p, text.text, text.length);
+    return prim->type_name != NULL;
+}
+
 static bool parse_generic(CoParser *p, CoSpec *spec)
 {
     const char *at = p->scan.at;
@@ -333,6 +342,9 @@ static bool parse_generic(CoParser *p, CoSpec *spec)
     }
     if (!named)
         return co_parse_expected(p, "the name of a metadata field");
+    // A prim's type may be said here as well, as a string.
+    if (spec->kind == CO_SPEC_PRIM && co_slice_is(word, "typeName"))
+        return parse_type_name(p, spec);
     for (size_t i = 0; i < sizeof structural_fields / sizeof *structural_fields; i++)
         if (co_slice_is(word, structural_fields[i]))
             return co_parse_fail(p, at, "'%s' cannot be set as metadata", structural_fields[i]);

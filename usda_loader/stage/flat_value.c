@@ -57,27 +57,6 @@ static CoTimeSamples *flat_samples(CoFlattener *flat, const CoTimeSamples *sampl
     return out;
 }
 
-static CoSpline *flat_spline(CoFlattener *flat, const CoSpline *spline, const CoSource *source)
-{
-    CoSpline *out = co_flat_alloc(flat, 1, sizeof *out);
-    *out = *spline;
-    out->knots = co_flat_alloc(flat, spline->count, sizeof *out->knots);
-    for (size_t i = 0; i < spline->count; i++) {
-        CoSplineKnot *knot = &out->knots[i];
-        *knot = spline->knots[i];
-        knot->time = knot->time * source->scale + source->offset;
-        knot->pre.width *= source->scale;
-        knot->post.width *= source->scale;
-        knot->pre.slope /= source->scale;
-        knot->post.slope /= source->scale;
-    }
-    out->pre.slope /= source->scale;
-    out->post.slope /= source->scale;
-    for (int i = 0; i < 2; i++)
-        out->loop[i] = out->loop[i] * source->scale + source->offset;
-    return out;
-}
-
 CoValue co_flat_value(CoFlattener *flat, const CoValue *value, const CoSource *source)
 {
     CoValue out = *value;
@@ -96,10 +75,36 @@ CoValue co_flat_value(CoFlattener *flat, const CoValue *value, const CoSource *s
         out.data = flat_dict(flat, value->data, source);
     } else if (value->type == COHORT_TYPE_TIME_SAMPLES) {
         out.data = flat_samples(flat, value->data, source);
-    } else if (value->type == COHORT_TYPE_SPLINE && is_timed) {
-        out.data = flat_spline(flat, value->data, source);
     }
     return out;
+}
+
+CoValue co_flat_spline(CoFlattener *flat, const CoValueSource *from)
+{
+    const CoSource *source = from->source;
+    CoSpline *out = co_flat_alloc(flat, 1, sizeof *out);
+    *out = *(const CoSpline *)from->field->value.data;
+    const CoSplineKnot *knots = out->knots;
+    bool is_time = !strcmp(from->spec->type_name, "timecode");
+    double scale = source->scale, rise = is_time ? scale : 1, offset = is_time ? source->offset : 0;
+    out->knots = co_flat_alloc(flat, out->count, sizeof *out->knots);
+    for (size_t i = 0; i < out->count; i++) {
+        CoSplineKnot *knot = &out->knots[i];
+        *knot = knots[i];
+        knot->time = knot->time * scale + source->offset;
+        knot->value = knot->value * rise + offset;
+        knot->pre_value = knot->pre_value * rise + offset;
+        knot->pre.width *= scale;
+        knot->post.width *= scale;
+        knot->pre.slope *= rise / scale;
+        knot->post.slope *= rise / scale;
+    }
+    out->pre.slope *= rise / scale;
+    out->post.slope *= rise / scale;
+    for (int i = 0; i < 2; i++)
+        out->loop[i] = out->loop[i] * scale + source->offset;
+    out->loop[4] *= rise;
+    return (CoValue){.type = COHORT_TYPE_SPLINE, .count = 1, .data = out};
 }
 
 CoValue co_flat_texts(CoFlattener *flat, CohortType type, const char *const *texts, size_t count)

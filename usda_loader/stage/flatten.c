@@ -70,6 +70,29 @@ static bool fits(CoSpec *out, const CoValueSource *from, bool is_settled)
     return !is_settled;
 }
 
+// What edits make of an array, time by time.
+static void flatten_edited(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
+{
+    const double *times;
+    size_t count = cohort_prim_time_samples(prim, out->name, &times);
+    if (!count)
+        return;
+    CoTimeSamples *samples = co_flat_alloc(flat, 1, sizeof *samples);
+    samples->times = co_flat_alloc(flat, count, sizeof *samples->times);
+    samples->values = co_flat_alloc(flat, count, sizeof *samples->values);
+    for (size_t i = 0; i < count; i++) {
+        CohortValue value;
+        CoValue *sample = &samples->values[i];
+        samples->times[i] = times[i];
+        *sample = (CoValue){.type = COHORT_TYPE_BLOCK};
+        if (cohort_prim_value(prim, out->name, times[i], &value))
+            *sample = (CoValue){value.type, value.is_array, (uint32_t)value.count, value.data};
+    }
+    samples->count = count;
+    co_flat_add_field(flat, out, flat->stage->composer.names.timeSamples,
+                      (CoValue){.type = COHORT_TYPE_TIME_SAMPLES, .count = 1, .data = samples});
+}
+
 static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *prim)
 {
     const CoFieldNames *names = &flat->stage->composer.names;
@@ -84,7 +107,12 @@ static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *
     else if (at_default.field)
         co_flat_add_field(flat, out, names->default_value,
                           co_flat_value(flat, &at_default.field->value, at_default.source));
-    if (timed.field && timed.field->name != names->default_value &&
+    if (co_source_has_edits(&timed))
+        flatten_edited(flat, out, prim);
+    else if (timed.field && timed.field->name == names->spline &&
+             fits(out, &timed, at_default.field != NULL))
+        co_flat_add_field(flat, out, names->spline, co_flat_spline(flat, &timed));
+    else if (timed.field && timed.field->name != names->default_value &&
         fits(out, &timed, at_default.field != NULL))
         co_flat_add_field(flat, out, timed.field->name,
                           co_flat_value(flat, &timed.field->value, timed.source));

@@ -24,6 +24,9 @@ void *co_flat_alloc(CoFlattener *flat, size_t count, size_t size);
 // A value as the flat layer has to say it: asset paths absolute, times in the stage's time.
 CoValue co_flat_value(CoFlattener *flat, const CoValue *value, const CoSource *source);
 
+// The same of a curve; the knots of a timecode's are times as well.
+CoValue co_flat_spline(CoFlattener *flat, const CoValueSource *from);
+
 // All fields of a prim (property NULL) or property that are not composition's own.
 void co_flat_fields(CoFlattener *flat, CoSpec *out, const CohortPrim *prim, const char *property);
 

@@ -40,8 +40,8 @@ static bool open_guarded(CohortStage *stage, const char *path)
     return setjmp(stage->composer.escape) == 0 && open_root(stage, path);
 }
 
-CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
-                               CohortError *err)
+CohortStage *co_stage_open(const char *path, const CohortStageOptions *options,
+                           const CohortStage *before, CohortError *err)
 {
     CohortError local = {0};
     if (!err)
@@ -52,9 +52,11 @@ CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *optio
     stage->self = stage;
     stage->answers_arena.tag = CO_MEMORY_USDA;
     stage->has_lock = pthread_mutex_init(&stage->lock, NULL) == 0;
+    stage->composer.donor = before ? &before->composer : NULL;
     if (stage->has_lock && co_composer_init(&stage->composer, options, err) &&
         open_guarded(stage, path)) {
         stage->composer.err = NULL;
+        stage->composer.donor = NULL;
         co_arena_clear(&stage->composer.scratch);
         return stage;
     }
@@ -62,6 +64,12 @@ CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *optio
         CO_FAIL(err, COHORT_ERROR_INTERNAL, "the stage could not be opened");
     cohort_stage_destroy(stage);
     return NULL;
+}
+
+CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
+                               CohortError *err)
+{
+    return co_stage_open(path, options, NULL, err);
 }
 
 void cohort_stage_destroy(CohortStage *stage)
@@ -208,6 +216,19 @@ bool cohort_stage_earliest_time(const CohortStage *stage, double *out)
     if (stage->varies)
         *out = stage->earliest;
     return stage->varies || stage_number(stage, "startTimeCode", out);
+}
+
+size_t cohort_stage_problem_count(const CohortStage *stage)
+{
+    return stage->composer.problem_count;
+}
+
+bool cohort_stage_problem(const CohortStage *stage, size_t i, CohortProblem *out)
+{
+    if (i >= stage->composer.problem_count)
+        return false;
+    *out = stage->composer.problems[i];
+    return true;
 }
 
 const CohortPrim *cohort_stage_root(const CohortStage *stage)

@@ -111,10 +111,16 @@ struct CohortStage {
     CoArena answers_arena;
     CoAnswerSlot *answers;
     size_t answer_count, answer_capacity;
+    const CohortChange *changes; // since the stage this one was reloaded from
+    size_t change_count;
     bool has_lock, has_hash, has_earliest, varies;
     uint64_t hash;
     double earliest;
 };
+
+// As cohort_stage_open; layers that `before` has read and that are as they were are shared with it.
+CohortStage *co_stage_open(const char *path, const CohortStageOptions *options,
+                           const CohortStage *before, CohortError *err);
 
 // Builds the whole tree below stage->root; leaves by the composer's escape on failure.
 void co_stage_compose(CohortStage *stage);
@@ -172,10 +178,6 @@ bool co_value_in_stage(const CohortStage *stage, const CoValue *value, const CoS
 bool co_value_can_interpolate(const CoValue *a, const CoValue *b);
 void co_value_interpolate(const CoValue *a, const CoValue *b, double u, void *out);
 
-// The value of a curve at a time of its own layer, as the type that `spec` declares.
-bool co_spline_value(const CohortStage *stage, const CoSpec *spec, const CoValue *value,
-                     double time, CohortValue *out);
-
 // Where the value of an attribute comes from.
 typedef struct CoValueSource {
     const CoField *field; // default, timeSamples or spline; NULL: nothing, or blocked
@@ -184,6 +186,19 @@ typedef struct CoValueSource {
 } CoValueSource;
 bool co_prim_value(const CohortPrim *prim, const char *token, double time, CohortValue *out);
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default);
+
+// The next weaker source that the walk has not passed yet.
+CoValueSource co_value_source_next(CoPropertyWalk *walk, bool at_default);
+
+// The value of a source that is a curve, at a time of its own layer, as the attribute's type.
+bool co_spline_value(const CohortStage *stage, const CoValueSource *from, double time,
+                     CohortValue *out);
+
+// True if a source edits the array of a weaker one, by default or at any time. Then the value
+// changes whenever that of a weaker one does, up to the first that edits nothing: all these times,
+// ascending.
+bool co_source_has_edits(const CoValueSource *source);
+size_t co_prim_edited_times(const CohortPrim *prim, const char *token, const double **times);
 
 // An array of `type` with edits applied; base->count may be 0.
 bool co_value_edited(const CohortStage *stage, const CoArrayEdit *edit, CohortType type,

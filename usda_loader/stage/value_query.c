@@ -8,7 +8,7 @@
 #include <string.h>
 
 // The strongest source that the walk has not passed yet.
-static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
+CoValueSource co_value_source_next(CoPropertyWalk *walk, bool at_default)
 {
     const CoFieldNames *names = &walk->prim->data->stage->composer.names;
     for (bool more = true; more;) {
@@ -45,7 +45,7 @@ static CoValueSource next_source(CoPropertyWalk *walk, bool at_default)
 CoValueSource co_prim_value_source(const CohortPrim *prim, const char *name, bool at_default)
 {
     CoPropertyWalk walk = co_property_walk(prim, co_property_token(prim, name));
-    return next_source(&walk, at_default);
+    return co_value_source_next(&walk, at_default);
 }
 
 static bool has_identity_time(const CoSource *source)
@@ -133,12 +133,12 @@ static bool plain_value(CoPropertyWalk *walk, const CoValueSource *from, const C
 static bool value_at(CoPropertyWalk *walk, double time, CohortValue *out)
 {
     const CohortStage *stage = walk->prim->data->stage;
-    CoValueSource from = next_source(walk, isnan(time));
+    CoValueSource from = co_value_source_next(walk, isnan(time));
     if (!from.field)
         return false;
     double local = (time - from.source->offset) / from.source->scale;
     if (from.field->value.type == COHORT_TYPE_SPLINE)
-        return co_spline_value(stage, from.spec, &from.field->value, local, out);
+        return co_spline_value(stage, &from, local, out);
     const CoTimeSamples *samples = co_value_samples(&from.field->value);
     if (!samples)
         return plain_value(walk, &from, &from.field->value, time, out);
@@ -164,6 +164,8 @@ bool cohort_prim_value(const CohortPrim *prim, const char *name, double time, Co
 size_t cohort_prim_time_samples(const CohortPrim *prim, const char *name, const double **times)
 {
     CoValueSource from = co_prim_value_source(prim, name, false);
+    if (co_source_has_edits(&from))
+        return co_prim_edited_times(prim, co_property_token(prim, name), times);
     const CoTimeSamples *samples = from.field ? co_value_samples(&from.field->value) : NULL;
     if (!samples)
         return 0;

@@ -218,6 +218,18 @@ static void an_attribute_spoken_of_as_a_relationship_stays_one(void **state)
     co_layer_destroy(layer);
 }
 
+static void a_type_may_be_metadata(void **state)
+{
+    (void)state;
+    static const char source[] = "#usda 1.0\ndef Mesh \"A\" (\n typeName = \"Xform\"\n)\n{\n}\n";
+    Reports reports;
+    CohortError err;
+    CoLayer *layer = parse_bytes(source, sizeof source - 1, NULL, &reports, &err);
+    assert_non_null(layer);
+    assert_string_equal(co_spec_child(layer->root, token("A"))->type_name, "Xform");
+    co_layer_destroy(layer);
+}
+
 static void long_lists_are_found_by_name(void **state)
 {
     (void)state;
@@ -278,6 +290,7 @@ int main(void)
         cmocka_unit_test(paths_are_absolute),
         cmocka_unit_test(variants_nest),
         cmocka_unit_test(an_attribute_spoken_of_as_a_relationship_stays_one),
+        cmocka_unit_test(a_type_may_be_metadata),
         cmocka_unit_test(long_lists_are_found_by_name),
         cmocka_unit_test(type_names),
     };

@@ -186,7 +186,8 @@ void cohort_stage_destroy(CohortStage *stage);
 
 // Opens the stage again, with the same options, and finds out what has become different; layers that
 // have not changed on disk are not read again. `stage` stays as it is and is still the caller's; the
-// new stage holds the list of changes. NULL when the root layer cannot be read any more.
+// new stage holds the list of changes. NULL when the root layer cannot be read any more. Layers from
+// an opener are asked for again. Threads: as if `stage` were queried.
 CohortStage *cohort_stage_reload(const CohortStage *stage, CohortError *err);
 
 // What differs from the stage this one was reloaded from, in the order of the namespace.
@@ -197,6 +198,38 @@ typedef struct CohortChange {
 } CohortChange;
 size_t cohort_stage_change_count(const CohortStage *stage);
 bool cohort_stage_change(const CohortStage *stage, size_t i, CohortChange *out);
+
+// What composition found and went on without: the same kinds as the reference has.
+typedef enum CohortProblemKind {
+    COHORT_PROBLEM_ARC_CYCLE = 0,           // an arc leads back to itself and is left out
+    COHORT_PROBLEM_INVALID_PRIM_PATH,       // an arc names no prim and is left out
+    COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,    // there is no prim where an arc leads
+    COHORT_PROBLEM_INVALID_ASSET_PATH,      // the layer of an arc cannot be read
+    COHORT_PROBLEM_MUTED_ASSET_PATH,        // the layer of an arc is muted
+    COHORT_PROBLEM_INVALID_REFERENCE_OFFSET, // is ignored
+    COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET, // is ignored
+    COHORT_PROBLEM_INVALID_SUBLAYER_PATH,   // a sublayer cannot be read
+    COHORT_PROBLEM_SUBLAYER_CYCLE,
+    COHORT_PROBLEM_INVALID_RELOCATE,
+    COHORT_PROBLEM_CONFLICTING_RELOCATE,
+    COHORT_PROBLEM_SAME_TARGET_RELOCATES,
+    COHORT_PROBLEM_OPINION_AT_RELOCATION_SOURCE, // is ignored
+    COHORT_PROBLEM_VARIABLE_EXPRESSION,     // cannot be evaluated
+    COHORT_PROBLEM_CLIPS,                   // value clips that cannot be used
+    COHORT_PROBLEM_KIND_COUNT
+} CohortProblemKind;
+
+// Where the arc (or whatever it is) is authored, the prim of the stage that it is about ("" for whole
+// layers), and what is wrong with it.
+typedef struct CohortProblem {
+    CohortProblemKind kind;
+    const char *layer, *prim, *text;
+    uint32_t line;
+} CohortProblem;
+
+// All of them, in the order they were found; the same text that was reported while opening.
+size_t cohort_stage_problem_count(const CohortStage *stage);
+bool cohort_stage_problem(const CohortStage *stage, size_t i, CohortProblem *out);
 
 // ---- Stage -------------------------------------------------------------------------------------
 typedef struct CohortStageInfo {
