@@ -236,7 +236,7 @@ static void warn_crowded(CoIndexer *indexer, const CoStackLayer *layer, uint32_t
     const CoPath *path = co_indexer_stage_path(indexer);
     if (c->crowded == path)
         return;
-    co_composer_warn(c, layer ? layer->file : NULL, line, path,
+    co_composer_warn(c, COHORT_PROBLEM_ARC_CAPACITY, layer ? layer->file : NULL, line, path,
                      "arcs are left out: more than %u of one prim, or %llu of each other",
                      nodes_max(c), (unsigned long long)c->options.max_depth);
     c->crowded = path;
@@ -253,19 +253,14 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
     if (is_cycle(indexer, arc) || (options.has_ancestors && is_being_built(indexer, arc->site))) {
         char text[256];
         co_path_text(arc->site->path, text, sizeof text);
-<<<<<<< HEAD
-        co_composer_warn(c, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
+        co_composer_warn(c, COHORT_PROBLEM_ARC_CYCLE, layer ? layer->file : NULL, line,
+                         co_indexer_stage_path(indexer),
                          "%s %s to <%s> leads back to itself and is left out",
                          arc->kind == CO_ARC_INHERIT ? "an" : "a", kinds[arc->kind], text);
         return CO_NO_NODE;
     }
     if (is_crowded(indexer, arc)) {
         warn_crowded(indexer, layer, line);
-=======
-        co_composer_warn(c, COHORT_PROBLEM_ARC_CYCLE, layer ? layer->file : NULL, line, co_indexer_stage_path(indexer),
-                         "a %s to <%s> leads back to itself and is left out", kinds[arc->kind],
-                         text);
->>>>>>> 484e1ed (usda: reload, splines, edits in samples, problems as data)
         return CO_NO_NODE;
     }
     options.skip_duplicates |= indexer->frame && indexer->frame->skip_duplicates;
@@ -292,7 +287,7 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
 
 uint32_t co_indexer_add_echo(CoIndexer *indexer, const CoArcSpec *arc)
 {
-    if (!is_duplicate(indexer, arc->site) || is_cycle(indexer, arc))
+    if (!is_duplicate(indexer, arc->site) || is_cycle(indexer, arc) || is_crowded(indexer, arc))
         return CO_NO_NODE;
     uint32_t made = co_graph_insert(indexer->c, &indexer->graph, arc);
     indexer->graph.nodes[made].is_inert = true;
