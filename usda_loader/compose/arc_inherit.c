@@ -126,9 +126,9 @@ void co_arc_inherits(CoIndexer *indexer, uint32_t node, CoArcKind kind)
         const CoPath *path =
             co_path_parse(&c->paths, name->text, length, site->path->prim, &malformed);
         if (malformed || !path || !path->parent) {
-            co_composer_warn(c, COHORT_PROBLEM_INVALID_PRIM_PATH, name->layer->file, name->line, co_indexer_stage_path(indexer),
-                             "<%s> is no prim to %s from", name->text,
-                             inherits ? "inherit" : "specialize");
+            co_composer_warn(c, COHORT_PROBLEM_INVALID_PRIM_PATH, name->layer->file, name->line,
+                             co_indexer_stage_path(indexer), "<%s> is no prim to %s from",
+                             name->text, inherits ? "inherit" : "specialize");
             continue;
         }
         CoArcSpec arc = {.kind = kind,

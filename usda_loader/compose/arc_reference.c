@@ -15,8 +15,8 @@ typedef struct CoArcTarget {
     double offset, scale;
 } CoArcTarget;
 
-static void warn(CoIndexer *indexer, CohortProblemKind kind, const CoSiteArc *arc, bool is_payload, const char *what,
-                 const char *detail)
+static void warn(CoIndexer *indexer, CohortProblemKind kind, const CoSiteArc *arc, bool is_payload,
+                 const char *what, const char *detail)
 {
     co_composer_warn(indexer->c, kind, arc->layer->file, arc->line, co_indexer_stage_path(indexer),
                      "the %s to @%s@%s%s%s %s%s", is_payload ? "payload" : "reference",
@@ -43,16 +43,16 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
     target->stack = site->stack;
     double rate = 1;
     if (*arc->asset && co_composer_is_muted(c, arc->asset)) {
-        warn(indexer, COHORT_PROBLEM_MUTED_ASSET_PATH,
-             arc, is_payload, "is left out: its layer is muted", "");
+        warn(indexer, COHORT_PROBLEM_MUTED_ASSET_PATH, arc, is_payload,
+             "is left out: its layer is muted", "");
         return false;
     }
     if (*arc->asset) {
         CohortError err = {0};
         file = co_composer_layer(c, arc->asset, &err);
         if (!file) {
-            warn(indexer, COHORT_PROBLEM_INVALID_ASSET_PATH,
-             arc, is_payload, "is left out: ", err.message);
+            warn(indexer, COHORT_PROBLEM_INVALID_ASSET_PATH, arc, is_payload,
+                 "is left out: ", err.message);
             return false;
         }
         target->stack = co_composer_stack(c, file, site->stack->variables);
@@ -60,8 +60,8 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
     }
     double offset = arc->offset, scale = arc->scale;
     if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
-        warn(indexer, COHORT_PROBLEM_INVALID_REFERENCE_OFFSET,
-             arc, is_payload, "has an unusable offset, which is ignored", "");
+        warn(indexer, COHORT_PROBLEM_INVALID_REFERENCE_OFFSET, arc, is_payload,
+             "has an unusable offset, which is ignored", "");
         offset = 0;
         scale = 1;
     }
@@ -71,8 +71,8 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         target->path = default_prim(indexer, file);
         target->is_nothing = !target->path;
         if (target->is_nothing) {
-            warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,
-             arc, is_payload, "leads to a layer without a default prim", "");
+            warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH, arc, is_payload,
+                 "leads to a layer without a default prim", "");
             target->path = &c->paths.root;
         }
         return true;
@@ -82,8 +82,8 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         target->path =
             co_path_parse(&c->paths, arc->prim, strlen(arc->prim), &c->paths.root, &malformed);
     if (malformed) {
-        warn(indexer, COHORT_PROBLEM_INVALID_PRIM_PATH,
-             arc, is_payload, "names no prim and is left out", "");
+        warn(indexer, COHORT_PROBLEM_INVALID_PRIM_PATH, arc, is_payload,
+             "names no prim and is left out", "");
         return false;
     }
     co_composer_need(c, target->path);
@@ -122,14 +122,14 @@ static void add(CoIndexer *indexer, uint32_t node, const CoSiteArc *arc, int num
     for (uint32_t i = 0; i < count && !is_there; i++)
         is_there = indexer->graph.nodes[order[i]].site->spec_count > 0;
     if (!is_there)
-        warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,
-             arc, is_payload, "leads to no prim", "");
+        warn(indexer, COHORT_PROBLEM_UNRESOLVED_PRIM_PATH, arc, is_payload, "leads to no prim", "");
 }
 
 void co_arc_references(CoIndexer *indexer, uint32_t node, bool payloads)
 {
     const CoNode *n = &indexer->graph.nodes[node];
-    if (!co_node_contributes(n) || (payloads && !co_population_loads(indexer->c, co_indexer_stage_path(indexer))))
+    if (!co_node_contributes(n) ||
+        (payloads && !co_population_loads(indexer->c, co_indexer_stage_path(indexer))))
         return;
     const CoSiteArcs *arcs = co_site_arcs(indexer->c, n->site);
     size_t count = payloads ? arcs->payload_count : arcs->reference_count;

@@ -35,8 +35,9 @@ static void silence_moved_away(CoGraph *graph, uint32_t node)
 static void warn_opinions_at_source(CoIndexer *indexer, const CoSite *site)
 {
     for (uint32_t i = 0; i < site->spec_count; i++)
-        co_composer_warn(indexer->c, COHORT_PROBLEM_OPINION_AT_RELOCATION_SOURCE, site->stack->layers[site->specs[i].layer].file,
-                         site->specs[i].spec->line, co_indexer_stage_path(indexer),
+        co_composer_warn(indexer->c, COHORT_PROBLEM_OPINION_AT_RELOCATION_SOURCE,
+                         site->stack->layers[site->specs[i].layer].file, site->specs[i].spec->line,
+                         co_indexer_stage_path(indexer),
                          "opinions at the source of a relocate are ignored");
 }
 

@@ -87,7 +87,7 @@ typedef struct CoVariables {
 // A root layer and its sublayers, strongest first.
 typedef struct CoStack {
     const CoLayerFile *root;
-    const CoLayerFile *session; // of the stage's own stack alone: stronger than the root; or NULL
+    const CoLayerFile *session;   // of the stage's own stack alone: stronger than the root; or NULL
     const CoVariables *overrides; // of the stack that refers to this one
     const CoVariables *variables; // NULL: none
     CoStackLayer *layers;
@@ -115,7 +115,7 @@ typedef struct CoComposer {
     CoFieldNames names;
     CoPathList loads, unloads, mask; // of the options (population.h)
     const char **muted;              // tokens
-    const struct CoComposer *donor; // of a stage whose layers may be shared; NULL: none
+    const struct CoComposer *donor;  // of a stage whose layers may be shared; NULL: none
     CoLayerFile **files;
     size_t file_count, file_capacity;
     CoLayerFile **entries; // open addressing by path: files, and what was read ahead of use
@@ -138,8 +138,8 @@ void co_composer_clear(CoComposer *c);
 // Leaves composition with an error set. Never returns.
 _Noreturn void co_composer_fail(CoComposer *c, CohortErrorCode code, const char *text);
 
-// Leaves composition because the input asks for more than an option allows: says how much that is, which
-// option, and where. `layer` and `path` may be NULL.
+// Leaves composition because the input asks for more than an option allows: says how much that is,
+// which option, and where. `layer` and `path` may be NULL.
 _Noreturn void co_composer_limit(CoComposer *c, const CoLayerFile *layer, const CoPath *path,
                                  const char *what, uint64_t limit, const char *option);
 

@@ -145,8 +145,8 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     const char *why = NULL;
     const char *asset = co_expression_evaluate(c, stack->variables, sublayer->asset, &why);
     if (!asset) {
-        co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, walk->file, sublayer->line, NULL, "sublayer @%s@: %s", sublayer->asset,
-                         why);
+        co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, walk->file, sublayer->line, NULL,
+                         "sublayer @%s@: %s", sublayer->asset, why);
         return;
     }
     if (!*asset)
@@ -157,8 +157,8 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     CohortError err = {0};
     const CoLayerFile *file = co_composer_layer(c, path, &err);
     if (!file) {
-        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_PATH, walk->file, sublayer->line, NULL, "sublayer @%s@ is left out: %s",
-                         asset, err.message);
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_PATH, walk->file, sublayer->line, NULL,
+                         "sublayer @%s@ is left out: %s", asset, err.message);
         return;
     }
     if (is_open_above(walk, file)) {
@@ -168,8 +168,8 @@ static void walk_sublayer(CoComposer *c, CoStack *stack, size_t *capacity, const
     }
     double offset = sublayer->offset, scale = sublayer->scale;
     if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
-        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET, walk->file, sublayer->line, NULL,
-                         "sublayer @%s@: its offset is not usable and is ignored", asset);
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET, walk->file, sublayer->line,
+                         NULL, "sublayer @%s@: its offset is not usable and is ignored", asset);
         offset = 0;
         scale = 1;
     }

@@ -82,8 +82,8 @@ typedef struct CoArcOptions {
 // reported).
 uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptions options,
                             const CoStackLayer *layer, uint32_t line);
-// Where the site is in the graph already and an arc to it would be skipped: a node without a say, for
-// what the arc implies elsewhere. CO_NO_NODE when the site is not there, or by a cycle.
+// Where the site is in the graph already and an arc to it would be skipped: a node without a say,
+// for what the arc implies elsewhere. CO_NO_NODE when the site is not there, or by a cycle.
 uint32_t co_indexer_add_echo(CoIndexer *indexer, const CoArcSpec *arc);
 void co_indexer_add_task(CoIndexer *indexer, CoTask task);
 void co_indexer_retry_variants(CoIndexer *indexer);

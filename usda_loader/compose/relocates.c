@@ -1,8 +1,8 @@
 // What a stack moves: the relocates of all its layers, checked against each other.
 //
-// Source: the reference's rules of relocates, each tried: a root prim cannot be moved, nothing moves
-// onto an ancestor or below itself; of several moves of one prim that of the strongest layer counts;
-// moves that contradict each other are all left out.
+// Source: the reference's rules of relocates, each tried: a root prim cannot be moved, nothing
+// moves onto an ancestor or below itself; of several moves of one prim that of the strongest layer
+// counts; moves that contradict each other are all left out.
 
 #include "compose/composer.h"
 #include "compose/fields.h"
@@ -48,7 +48,8 @@ static bool is_allowed(CoComposer *c, const CoClaim *claim, bool deletes)
     else if (target && is_below(target, source))
         why = "would move a prim below itself";
     if (why)
-        co_composer_warn(c, COHORT_PROBLEM_INVALID_RELOCATE, claim->file, claim->line, source, "a relocate %s and is ignored", why);
+        co_composer_warn(c, COHORT_PROBLEM_INVALID_RELOCATE, claim->file, claim->line, source,
+                         "a relocate %s and is ignored", why);
     return !why;
 }
 
@@ -103,8 +104,10 @@ static void leave_out_contradictions(CoComposer *c, CoClaims *claims)
             char text[256];
             bool is_same_target = claim->move.target && claim->move.target == other->move.target;
             co_path_text(other->move.source, text, sizeof text);
-            co_composer_warn(c, is_same_target ? COHORT_PROBLEM_SAME_TARGET_RELOCATES
-                                            : COHORT_PROBLEM_CONFLICTING_RELOCATE, claim->file, claim->line, claim->move.source,
+            co_composer_warn(c,
+                             is_same_target ? COHORT_PROBLEM_SAME_TARGET_RELOCATES
+                                            : COHORT_PROBLEM_CONFLICTING_RELOCATE,
+                             claim->file, claim->line, claim->move.source,
                              "a relocate %s that of <%s> and is ignored", how, text);
             claim->is_out = true;
         }

@@ -126,8 +126,8 @@ static bool read_arc(void *context, const CoListOp *op, CoListOpKind kind, size_
     const char *asset = co_expression_evaluate(c, reader->site->stack->variables, arc->asset, &why);
     uint32_t line = arc->line ? arc->line : reader->line;
     if (!asset) {
-        co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, reader->layer->file, line, reader->site->path, "asset path @%s@: %s",
-                         arc->asset, why);
+        co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, reader->layer->file, line,
+                         reader->site->path, "asset path @%s@: %s", arc->asset, why);
         return false;
     }
     // An expression may come to nothing on purpose: the arc is then not there.
@@ -231,7 +231,8 @@ const char *co_site_selection(CoComposer *c, const CoSite *site, const char *set
                 co_expression_evaluate(c, site->stack->variables, text->text, &why);
             if (selection)
                 return co_composer_need(c, co_token(selection, strlen(selection)));
-            co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION, site->stack->layers[site->specs[i].layer].file, field->line,
+            co_composer_warn(c, COHORT_PROBLEM_VARIABLE_EXPRESSION,
+                             site->stack->layers[site->specs[i].layer].file, field->line,
                              site->path, "variant selection of \"%s\": %s", set, why);
         }
     }

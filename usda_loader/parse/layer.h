@@ -203,7 +203,7 @@ struct CoSpec {
     uint32_t line;
     uint32_t field_count : 24;
     CoSpecKind kind : 4;
-    CohortSpecifier specifier : 2;        // prims
+    CohortSpecifier specifier : 2;      // prims
     bool is_custom : 1, is_uniform : 1; // properties
 };
 
@@ -220,7 +220,7 @@ typedef struct CoLayer {
     const char *path; // token: absolute, normalised file path
     CoSpec *root;     // kind CO_SPEC_LAYER
     size_t byte_count;
-    CoFileStamp stamp;     // all 0: not from a file
+    CoFileStamp stamp;      // all 0: not from a file
     _Atomic uint32_t users; // stages beyond the first (co_layer_share)
 } CoLayer;
 

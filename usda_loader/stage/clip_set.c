@@ -62,8 +62,9 @@ static const CoLayerFile *open_clip(CohortStage *stage, const CohortPrim *prim,
         path && *path ? co_composer_layer(c, co_asset_anchor(c, entry->source->file, path), &err)
                       : NULL;
     if (!file)
-        co_composer_warn(c, COHORT_PROBLEM_CLIPS, entry->source->file, entry->line, prim->data->path,
-                         "clip @%s@ is left out: %s", authored, why ? why : err.message);
+        co_composer_warn(c, COHORT_PROBLEM_CLIPS, entry->source->file, entry->line,
+                         prim->data->path, "clip @%s@ is left out: %s", authored,
+                         why ? why : err.message);
     return file;
 }
 
@@ -224,8 +225,8 @@ static bool add_set(CohortStage *stage, const CohortPrim *prim, const char *name
         why = explicit_set(stage, prim, name, set);
     if (why) {
         const CoSource *source = path.source ? path.source : prim->data->opinions[0].source;
-        co_composer_warn(&stage->composer, COHORT_PROBLEM_CLIPS, source->file, path.line, prim->data->path,
-                         "clip set \"%s\" is left out: %s", name, why);
+        co_composer_warn(&stage->composer, COHORT_PROBLEM_CLIPS, source->file, path.line,
+                         prim->data->path, "clip set \"%s\" is left out: %s", name, why);
         return false;
     }
     set->prim_path = text->text;

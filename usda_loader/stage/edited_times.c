@@ -28,8 +28,7 @@ static size_t gather(const CohortPrim *prim, const char *token, double *out)
     size_t count = 0;
     for (bool more = true; more;) {
         CoValueSource source = co_value_source_next(&walk, false);
-        const CoTimeSamples *samples =
-            source.field ? co_value_samples(&source.field->value) : NULL;
+        const CoTimeSamples *samples = source.field ? co_value_samples(&source.field->value) : NULL;
         for (size_t i = 0; samples && i < samples->count; i++, count++)
             if (out)
                 out[count] = samples->times[i] * source.source->scale + source.source->offset;

@@ -113,7 +113,7 @@ static void flatten_attribute(CoFlattener *flat, CoSpec *out, const CohortPrim *
              fits(out, &timed, at_default.field != NULL))
         co_flat_add_field(flat, out, names->spline, co_flat_spline(flat, &timed));
     else if (timed.field && timed.field->name != names->default_value &&
-        fits(out, &timed, at_default.field != NULL))
+             fits(out, &timed, at_default.field != NULL))
         co_flat_add_field(flat, out, timed.field->name,
                           co_flat_value(flat, &timed.field->value, timed.source));
     const char *const *targets;

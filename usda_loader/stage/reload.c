@@ -50,8 +50,8 @@ static const char *keep_path(CoReload *reload, const CohortPrim *prim)
 
 static void add_change(CoReload *reload, const CohortPrim *prim, bool is_structural)
 {
-    CohortChange *changes = grow(reload, reload->changes, reload->count, &reload->capacity,
-                                 sizeof *reload->changes);
+    CohortChange *changes =
+        grow(reload, reload->changes, reload->count, &reload->capacity, sizeof *reload->changes);
     const char *path = keep_path(reload, prim);
     if (!changes || !path)
         return;

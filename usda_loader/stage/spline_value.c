@@ -2,8 +2,8 @@
 //
 // Source: the reference's spline rules, each tried: segments are held, linear, Bezier or Hermite; a
 // Bezier whose time would run backwards has both its handles shortened in proportion until it does
-// not; inner loops repeat a stretch of knots and hide the knots they cover; beyond its ends a spline
-// is held, goes on straight, or loops as a whole.
+// not; inner loops repeat a stretch of knots and hide the knots they cover; beyond its ends a
+// spline is held, goes on straight, or loops as a whole.
 
 #include "stage/stage_data.h"
 
@@ -285,9 +285,8 @@ static const CoCurve *make_curve(const CohortStage *stage, const CoSpline *splin
     if (spline->count)
         memcpy(eased, spline->knots, spline->count * sizeof *eased);
     ease(eased, spline->knots, spline->count);
-    *curve = (CoCurve){.knots = eased,
-                       .count = spline->count,
-                       .is_hermite = !strcmp(spline->curve, "hermite")};
+    *curve = (CoCurve){
+        .knots = eased, .count = spline->count, .is_hermite = !strcmp(spline->curve, "hermite")};
     double before, after;
     curve->has_loop = find_loop(curve, spline, &before, &after);
     if (!curve->has_loop)
@@ -324,8 +323,8 @@ static void put_number(CohortType type, double number, const CoSource *source, v
     else if (type == COHORT_TYPE_FLOAT)
         *(float *)out = (float)number;
     else
-        *(double *)out = type == COHORT_TYPE_TIMECODE ? number * source->scale + source->offset
-                                                      : number;
+        *(double *)out =
+            type == COHORT_TYPE_TIMECODE ? number * source->scale + source->offset : number;
 }
 
 // With the lock held; NULL in a block.

@@ -245,7 +245,8 @@ static void long_lists_are_found_by_name(void **state)
     for (int i = 0; i < 3000; i += 7) {
         char name[16];
         snprintf(name, sizeof name, "p%d", i);
-        assert_ptr_equal(co_spec_child(layer->root, token(name)), layer->root->contents->children[i]);
+        assert_ptr_equal(co_spec_child(layer->root, token(name)),
+                         layer->root->contents->children[i]);
     }
     assert_null(co_spec_child(layer->root, token("p3000")));
     co_layer_destroy(layer);

@@ -3,19 +3,21 @@
 #include "usda_loader/stage/memory_files.h"
 
 static const MemoryFile layers[] = {
-    {"/mem/root.usda", "#usda 1.0\n(\n subLayers = [@./sub.usda@ (offset = 10; scale = 2)]\n)\n"
-                       "def \"A\"\n{\n"
-                       " int[] e.timeSamples = { 1: edit [append 5], 4: [1, 2], 8: edit [write 9 to [0]] }\n"
-                       " int[] g.timeSamples = { 1: edit [append 5], 4: edit [append 6; append 7] }\n"
-                       " int[] h = edit [append 5]\n"
-                       " int[] plain.timeSamples = { 3: [1] }\n}\n"},
+    {"/mem/root.usda",
+     "#usda 1.0\n(\n subLayers = [@./sub.usda@ (offset = 10; scale = 2)]\n)\n"
+     "def \"A\"\n{\n"
+     " int[] e.timeSamples = { 1: edit [append 5], 4: [1, 2], 8: edit [write 9 to [0]] }\n"
+     " int[] g.timeSamples = { 1: edit [append 5], 4: edit [append 6; append 7] }\n"
+     " int[] h = edit [append 5]\n"
+     " int[] plain.timeSamples = { 3: [1] }\n}\n"},
     {"/mem/sub.usda", "#usda 1.0\nover \"A\"\n{\n int[] e = [7, 8]\n"
                       " int[] e.timeSamples = { 0: [3, 4], 2: [5, 6, 7] }\n"
                       " int[] g = [1]\n int[] h = [2]\n int[] h.timeSamples = { 0: [1] }\n"
                       " int[] plain.timeSamples = { 9: [1] }\n}\n"},
 };
 
-static void expect_times(const CohortStage *stage, const char *name, const double *wanted, size_t count)
+static void expect_times(const CohortStage *stage, const char *name, const double *wanted,
+                         size_t count)
 {
     const double *times;
     assert_int_equal(cohort_prim_time_samples(test_prim(stage, "/A"), name, &times), count);

@@ -5,10 +5,11 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-static const char before[] = "#usda 1.0\n(\n subLayers = [@./sub.usda@]\n)\n"
-                             "def \"A\"\n{\n double x = 1\n def \"B\"\n {\n }\n def \"C\"\n {\n }\n}\n"
-                             "def \"I1\" (instanceable = true\n inherits = </A>)\n{\n}\n"
-                             "def \"I2\" (instanceable = true\n inherits = </A>)\n{\n}\n";
+static const char before[] =
+    "#usda 1.0\n(\n subLayers = [@./sub.usda@]\n)\n"
+    "def \"A\"\n{\n double x = 1\n def \"B\"\n {\n }\n def \"C\"\n {\n }\n}\n"
+    "def \"I1\" (instanceable = true\n inherits = </A>)\n{\n}\n"
+    "def \"I2\" (instanceable = true\n inherits = </A>)\n{\n}\n";
 static const char sub[] = "#usda 1.0\nover \"A\"\n{\n float[] y = [1, 2]\n}\n";
 
 static CohortStage *reload(const CohortStage *stage, MemoryFile *file, const char *text)
@@ -35,10 +36,12 @@ static void changes_are_told_by_prim(void **state)
     MemoryFiles files = {.items = list, .count = 2};
     CohortStage *stage = memory_stage(&files, NULL, NULL);
     assert_int_equal(cohort_stage_change_count(stage), 0);
-    CohortStage *same = reload(stage, &list[1], "#usda 1.0\n# said otherwise\nover \"A\"\n{\n"
-                                                " float[] y = [1, 2]\n}\n");
+    CohortStage *same = reload(stage, &list[1],
+                               "#usda 1.0\n# said otherwise\nover \"A\"\n{\n"
+                               " float[] y = [1, 2]\n}\n");
     assert_int_equal(cohort_stage_change_count(same), 0);
-    CohortStage *values = reload(same, &list[1], "#usda 1.0\nover \"A\"\n{\n float[] y = [1, 3]\n}\n");
+    CohortStage *values =
+        reload(same, &list[1], "#usda 1.0\nover \"A\"\n{\n float[] y = [1, 3]\n}\n");
     assert_int_equal(cohort_stage_change_count(values), 3);
     expect(values, 0, "/A", false);
     expect(values, 1, "/I1", false);

@@ -35,8 +35,9 @@ static void expect(const char *type, const char *spline, const Sample *samples, 
     } while (0)
 
 #define NONE ((double)NAN)
-#define KNOTS "0: 1; post curve (0.3, 2),\n1: 3; pre (0.2, -1); post linear,\n" \
-              "2: 2; post curve (0.5,1),\n3: 5; pre (0.5,3); post curve (0.5, 2)"
+#define KNOTS \
+    "0: 1; post curve (0.3, 2),\n1: 3; pre (0.2, -1); post linear,\n" \
+    "2: 2; post curve (0.5,1),\n3: 5; pre (0.5,3); post curve (0.5, 2)"
 
 static void beyond_the_ends(void **state)
 {
@@ -47,7 +48,8 @@ static void beyond_the_ends(void **state)
     EXPECT("pre: sloped (2),\npost: sloped (2),\n" KNOTS, {-7, -13}, {3.7, 6.4}, {8, 15});
     EXPECT("pre: loop repeat,\npost: loop repeat,\n" KNOTS, {-7, -10}, {-3.5, -4.875}, {3, 5},
            {3.7, 6.66611}, {8, 10});
-    EXPECT("pre: loop reset,\npost: loop reset,\n" KNOTS, {-7, 2}, {-0.25, 4.15235}, {3, 1}, {8, 2});
+    EXPECT("pre: loop reset,\npost: loop reset,\n" KNOTS, {-7, 2}, {-0.25, 4.15235}, {3, 1},
+           {8, 2});
     EXPECT("pre: loop oscillate,\npost: loop oscillate,\n" KNOTS, {-7, 3}, {-0.25, 1.582}, {3, 5},
            {3.7, 2.47629}, {8, 2});
 }
@@ -55,13 +57,15 @@ static void beyond_the_ends(void **state)
 static void ends_without_a_slope_are_flat(void **state)
 {
     (void)state;
-    EXPECT("pre: linear,\npost: linear,\n0: 1; post held,\n3: 5; post held", {-7, 1}, {2.5, 1}, {8, 5});
+    EXPECT("pre: linear,\npost: linear,\n0: 1; post held,\n3: 5; post held", {-7, 1}, {2.5, 1},
+           {8, 5});
     EXPECT("pre: linear,\npost: linear,\n0: 1; pre (1, 3); post curve (1, 2)", {-7, 1}, {8, 1});
     EXPECT("pre: linear,\npost: linear,\n0: 2 & 1; post linear,\n3: 5 & 6; post linear", {-7, 2},
            {0, 1}, {1.5, 3}, {3, 6}, {8, 6});
     EXPECT("pre: loop repeat,\npost: loop repeat,\n0: 2 & 1; post linear,\n3: 5 & 6; post linear",
            {-7, -5.33333}, {-1, 0.66667}, {4, 7.33333}, {8, 13.66667});
-    EXPECT("0: 1; post none,\n1: 3; post none,\n3: 2; post none", {-1, 1}, {0, NONE}, {2, NONE}, {3, 2});
+    EXPECT("0: 1; post none,\n1: 3; post none,\n3: 2; post none", {-1, 1}, {0, NONE}, {2, NONE},
+           {3, 2});
 }
 
 static void inner_loops_repeat_and_hide(void **state)
@@ -69,7 +73,8 @@ static void inner_loops_repeat_and_hide(void **state)
     (void)state;
     EXPECT("loop: (0, 2, 1, 1, 5),\n0: 1; post linear,\n1: 3; post linear,\n2: 7; post linear,\n"
            "6: 0; post linear",
-           {-7, -4}, {-1, -2}, {-0.25, 0.25}, {1.5, 4.5}, {2, 6}, {3.7, 10.1}, {4, 11}, {5.1, 4.95});
+           {-7, -4}, {-1, -2}, {-0.25, 0.25}, {1.5, 4.5}, {2, 6}, {3.7, 10.1}, {4, 11},
+           {5.1, 4.95});
     EXPECT("loop: (0, 2, 1, 1, 5),\npre: linear,\npost: loop repeat,\n0: 1; post linear,\n"
            "1: 3; post held,\n3.5: 9; post linear",
            {-7, -14}, {-1, -2}, {1.5, 3}, {3.7, 8}, {4, 11}, {5.1, 13}, {8, 21});

@@ -1,7 +1,7 @@
 // Reading USDA: layers, composition, and the composed stage as typed values.
 //
-// A stage is opened once and is then read-only: any number of threads may query it. Every pointer that
-// a query returns lives until cohort_stage_destroy.
+// A stage is opened once and is then read-only: any number of threads may query it. Every pointer
+// that a query returns lives until cohort_stage_destroy.
 
 #ifndef COHORT_USDA_H
 #define COHORT_USDA_H
@@ -51,7 +51,8 @@ typedef enum CohortType {
     COHORT_TYPE_DOUBLE2,
     COHORT_TYPE_DOUBLE3,
     COHORT_TYPE_DOUBLE4,
-    COHORT_TYPE_QUATH, // stored imaginary first (x, y, z, w) as the reference does; text is (w, x, y, z)
+    COHORT_TYPE_QUATH, // stored imaginary first (x, y, z, w) as the reference does; text is (w, x,
+                       // y, z)
     COHORT_TYPE_QUATF,
     COHORT_TYPE_QUATD,
     COHORT_TYPE_MATRIX2D,
@@ -155,8 +156,8 @@ typedef struct CohortStageOptions {
     uint64_t max_prims;        // in a layer, and composed; 0 = 5 million
     uint64_t max_layers;       // 0 = 100,000
     uint64_t max_array_length; // elements; 0 = 2^31, and 2^24 where an array edit asks for them
-    bool no_payloads; // but for those of `loads`
-    bool strict;      // warnings are errors
+    bool no_payloads;          // but for those of `loads`
+    bool strict;               // warnings are errors
     const CohortVariantChoice *variants;
     size_t variant_count;
     CohortDiagnosticFn *report; // receives errors and warnings as they are found; may be NULL
@@ -173,21 +174,21 @@ typedef struct CohortStageOptions {
     const char *session;      // a layer stronger than the root layer; NULL or "" = none
     const CohortVariantFallback *fallbacks;
     size_t fallback_count;
-    CohortOpenFn *open; // NULL: the file system alone
+    CohortOpenFn *open;       // NULL: the file system alone
     CohortReleaseFn *release; // may be NULL
     void *open_cookie;
 } CohortStageOptions;
 
-// Opens and composes. Fails only when the root layer cannot be read; missing references and the like
-// are reported and composition goes on.
+// Opens and composes. Fails only when the root layer cannot be read; missing references and the
+// like are reported and composition goes on.
 CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
                                CohortError *err);
 void cohort_stage_destroy(CohortStage *stage);
 
-// Opens the stage again, with the same options, and finds out what has become different; layers that
-// have not changed on disk are not read again. `stage` stays as it is and is still the caller's; the
-// new stage holds the list of changes. NULL when the root layer cannot be read any more. Layers from
-// an opener are asked for again. Threads: as if `stage` were queried.
+// Opens the stage again, with the same options, and finds out what has become different; layers
+// that have not changed on disk are not read again. `stage` stays as it is and is still the
+// caller's; the new stage holds the list of changes. NULL when the root layer cannot be read any
+// more. Layers from an opener are asked for again. Threads: as if `stage` were queried.
 CohortStage *cohort_stage_reload(const CohortStage *stage, CohortError *err);
 
 // What differs from the stage this one was reloaded from, in the order of the namespace.
@@ -201,27 +202,27 @@ bool cohort_stage_change(const CohortStage *stage, size_t i, CohortChange *out);
 
 // What composition found and went on without: the same kinds as the reference has.
 typedef enum CohortProblemKind {
-    COHORT_PROBLEM_ARC_CYCLE = 0,           // an arc leads back to itself and is left out
-    COHORT_PROBLEM_ARC_CAPACITY,            // a prim has more arcs than it may, the rest are left out
-    COHORT_PROBLEM_INVALID_PRIM_PATH,       // an arc names no prim and is left out
-    COHORT_PROBLEM_UNRESOLVED_PRIM_PATH,    // there is no prim where an arc leads
-    COHORT_PROBLEM_INVALID_ASSET_PATH,      // the layer of an arc cannot be read
-    COHORT_PROBLEM_MUTED_ASSET_PATH,        // the layer of an arc is muted
+    COHORT_PROBLEM_ARC_CYCLE = 0,        // an arc leads back to itself and is left out
+    COHORT_PROBLEM_ARC_CAPACITY,         // a prim has more arcs than it may, the rest are left out
+    COHORT_PROBLEM_INVALID_PRIM_PATH,    // an arc names no prim and is left out
+    COHORT_PROBLEM_UNRESOLVED_PRIM_PATH, // there is no prim where an arc leads
+    COHORT_PROBLEM_INVALID_ASSET_PATH,   // the layer of an arc cannot be read
+    COHORT_PROBLEM_MUTED_ASSET_PATH,     // the layer of an arc is muted
     COHORT_PROBLEM_INVALID_REFERENCE_OFFSET, // is ignored
-    COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET, // is ignored
-    COHORT_PROBLEM_INVALID_SUBLAYER_PATH,   // a sublayer cannot be read
+    COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET,  // is ignored
+    COHORT_PROBLEM_INVALID_SUBLAYER_PATH,    // a sublayer cannot be read
     COHORT_PROBLEM_SUBLAYER_CYCLE,
     COHORT_PROBLEM_INVALID_RELOCATE,
     COHORT_PROBLEM_CONFLICTING_RELOCATE,
     COHORT_PROBLEM_SAME_TARGET_RELOCATES,
     COHORT_PROBLEM_OPINION_AT_RELOCATION_SOURCE, // is ignored
-    COHORT_PROBLEM_VARIABLE_EXPRESSION,     // cannot be evaluated
-    COHORT_PROBLEM_CLIPS,                   // value clips that cannot be used
+    COHORT_PROBLEM_VARIABLE_EXPRESSION,          // cannot be evaluated
+    COHORT_PROBLEM_CLIPS,                        // value clips that cannot be used
     COHORT_PROBLEM_KIND_COUNT
 } CohortProblemKind;
 
-// Where the arc (or whatever it is) is authored, the prim of the stage that it is about ("" for whole
-// layers), and what is wrong with it.
+// Where the arc (or whatever it is) is authored, the prim of the stage that it is about ("" for
+// whole layers), and what is wrong with it.
 typedef struct CohortProblem {
     CohortProblemKind kind;
     const char *layer, *prim, *text;
@@ -234,8 +235,8 @@ bool cohort_stage_problem(const CohortStage *stage, size_t i, CohortProblem *out
 
 // ---- Stage -------------------------------------------------------------------------------------
 typedef struct CohortStageInfo {
-    const char *default_prim; // "" if none
-    const char *up_axis;      // "Y" or "Z"
+    const char *default_prim;              // "" if none
+    const char *up_axis;                   // "Y" or "Z"
     const char *render_settings_prim_path; // "" if none
     double meters_per_unit, time_codes_per_second, frames_per_second;
     double start_time_code, end_time_code;
@@ -248,20 +249,20 @@ void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out);
 // Path of a layer used, i < layer_count; the root layer is 0.
 const char *cohort_stage_layer(const CohortStage *stage, size_t i);
 
-// Earliest time at which anything is sampled, or the start time code; false if nothing varies and no
-// range is authored.
+// Earliest time at which anything is sampled, or the start time code; false if nothing varies and
+// no range is authored.
 bool cohort_stage_earliest_time(const CohortStage *stage, double *out);
 
 // ---- Prims -------------------------------------------------------------------------------------
 // Active, defined, loaded prims are what iteration shows; classes and overs are skipped but can be
 // found by path. Instances show their prototype's children in place (the prims are shared: several
 // instances return the same CohortPrim children; see cohort_prim_prototype).
-const CohortPrim *cohort_stage_root(const CohortStage *stage); // the pseudo-root
+const CohortPrim *cohort_stage_root(const CohortStage *stage);                   // the pseudo-root
 const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path); // NULL: none
 
 const char *cohort_prim_name(const CohortPrim *prim);
-const char *cohort_prim_path(const CohortPrim *prim);      // "/World/Mesh"
-const char *cohort_prim_type(const CohortPrim *prim);      // "Mesh", "" if untyped
+const char *cohort_prim_path(const CohortPrim *prim); // "/World/Mesh"
+const char *cohort_prim_type(const CohortPrim *prim); // "Mesh", "" if untyped
 CohortSpecifier cohort_prim_specifier(const CohortPrim *prim);
 const CohortPrim *cohort_prim_parent(const CohortPrim *prim); // NULL for the pseudo-root
 size_t cohort_prim_child_count(const CohortPrim *prim);
@@ -333,7 +334,7 @@ bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char
 typedef struct CohortOpinion {
     const char *layer;
     uint32_t line;
-    const char *arc;    // how it comes in: "local", "reference", "payload", "inherit", "variant", ...
+    const char *arc; // how it comes in: "local", "reference", "payload", "inherit", "variant", ...
     bool is_introduced; // by this very prim, not by an arc of an ancestor
 } CohortOpinion;
 // All of them, strongest first; i < count.
