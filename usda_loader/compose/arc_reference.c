@@ -39,6 +39,13 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
                         bool is_payload, CoArcTarget *target)
 {
     CoComposer *c = indexer->c;
+    double offset = arc->offset, scale = arc->scale;
+    if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
+        warn(indexer, COHORT_PROBLEM_INVALID_REFERENCE_OFFSET, arc, is_payload,
+             "has an unusable offset, which is ignored", "");
+        offset = 0;
+        scale = 1;
+    }
     const CoLayerFile *file = site->stack->root;
     target->stack = site->stack;
     double rate = 1;
@@ -57,13 +64,6 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         }
         target->stack = co_composer_stack(c, file, site->stack->variables);
         rate = arc->layer->file->time_codes_per_second / file->time_codes_per_second;
-    }
-    double offset = arc->offset, scale = arc->scale;
-    if (!isfinite(offset) || !isfinite(scale) || !(scale > 0)) {
-        warn(indexer, COHORT_PROBLEM_INVALID_REFERENCE_OFFSET, arc, is_payload,
-             "has an unusable offset, which is ignored", "");
-        offset = 0;
-        scale = 1;
     }
     target->offset = arc->layer->scale * offset + arc->layer->offset;
     target->scale = arc->layer->scale * scale * rate;

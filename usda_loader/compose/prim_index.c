@@ -271,6 +271,11 @@ uint32_t co_indexer_add_arc(CoIndexer *indexer, const CoArcSpec *arc, CoArcOptio
         CoFrame frame = {indexer, arc->parent, arc->kind, arc->site, options.skip_duplicates};
         CoIndexer inner = {.c = c, .frame = &frame, .root_depth = indexer->root_depth};
         build(&inner, arc->site, options.is_placeholder);
+        if (layer && inner.is_prohibited)
+            co_composer_warn(c, COHORT_PROBLEM_ARC_TO_MOVED_PRIM, layer->file, line,
+                             co_indexer_stage_path(indexer),
+                             "the %s leads to what a relocate has moved away and is left out",
+                             kinds[arc->kind]);
         made = co_graph_graft(c, &indexer->graph, arc, &inner.graph);
     } else {
         made = co_graph_insert(c, &indexer->graph, arc);
@@ -498,6 +503,7 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
         indexer->graph.nodes[0].is_inert = true;
     if (co_prim_index_is_prohibited(&indexer->graph)) {
         co_graph_make_inert(&indexer->graph, 0, true);
+        indexer->is_prohibited = true;
         return;
     }
     if (site->path->parent) {

@@ -70,6 +70,7 @@ struct CoIndexer {
     size_t task_count, task_capacity;
     const CoFrame *frame; // NULL for the index of a stage prim
     uint32_t root_depth;  // of the stage prim
+    bool is_prohibited;   // a relocate has moved away what the index is of
 };
 
 typedef struct CoArcOptions {

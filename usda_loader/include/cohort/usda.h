@@ -204,6 +204,7 @@ bool cohort_stage_change(const CohortStage *stage, size_t i, CohortChange *out);
 typedef enum CohortProblemKind {
     COHORT_PROBLEM_ARC_CYCLE = 0,        // an arc leads back to itself and is left out
     COHORT_PROBLEM_ARC_CAPACITY,         // a prim has more arcs than it may, the rest are left out
+    COHORT_PROBLEM_ARC_TO_MOVED_PRIM,    // a relocate has moved away what an arc leads to
     COHORT_PROBLEM_INVALID_PRIM_PATH,    // an arc names no prim and is left out
     COHORT_PROBLEM_UNRESOLVED_PRIM_PATH, // there is no prim where an arc leads
     COHORT_PROBLEM_INVALID_ASSET_PATH,   // the layer of an arc cannot be read
