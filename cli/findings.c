@@ -4,7 +4,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const char *const codes[FINDING_CODE_COUNT] = {
 #define FINDING_CODE(name, text, hint) text,
@@ -149,17 +148,10 @@ static const char *severity_name(const Finding *finding)
     return finding->severity == COHORT_SEVERITY_ERROR ? "error" : "warning";
 }
 
-static const char *shorten(const char *path, const char *folder)
-{
-    size_t length = strlen(folder);
-    bool is_below = length > 1 && !strncmp(path, folder, length) && path[length] == '/';
-    return is_below ? path + length + 1 : path;
-}
-
-static void print_place(const Finding *finding, const char *folder, FILE *out)
+static void print_place(const Finding *finding, FILE *out)
 {
     if (*finding->layer)
-        fprintf(out, "%s:", shorten(finding->layer, folder));
+        fprintf(out, "%s:", path_from_here(finding->layer));
     if (finding->line)
         fprintf(out, "%u:", finding->line);
     if (finding->line && finding->column)
@@ -171,13 +163,10 @@ static void print_place(const Finding *finding, const char *folder, FILE *out)
 // The first run of findings of a kind ends with its hint.
 void findings_print(const Findings *f, FILE *out)
 {
-    char folder[4096];
     bool is_hinted[FINDING_CODE_COUNT] = {false};
-    if (!getcwd(folder, sizeof folder))
-        folder[0] = 0;
     for (size_t i = 0; i < f->count; i++) {
         const Finding *item = &f->items[i];
-        print_place(item, folder, out);
+        print_place(item, out);
         fprintf(out, "%s: %s [%s]\n", severity_name(item), item->text, codes[item->code]);
         source_line_print(out, item->layer, item->line, item->column);
         if (strcmp(item->prim, "/") != 0 && *item->prim) {

@@ -2,6 +2,7 @@
 
 #include <stdbool.h>
 #include <string.h>
+#include <unistd.h>
 
 enum {
     BEFORE_MAX = 60, // bytes shown left of the caret
@@ -91,4 +92,12 @@ void source_line_print(FILE *out, const char *path, uint32_t line, uint32_t colu
         print_line(out, &shown);
     if (file)
         fclose(file);
+}
+
+const char *path_from_here(const char *path)
+{
+    char folder[4096];
+    size_t length = getcwd(folder, sizeof folder) ? strlen(folder) : 0;
+    bool is_below = length > 1 && !strncmp(path, folder, length) && path[length] == '/';
+    return is_below ? path + length + 1 : path;
 }

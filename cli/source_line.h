@@ -10,4 +10,7 @@
 // on a terminal. Nothing when there is no such place.
 void source_line_print(FILE *out, const char *path, uint32_t line, uint32_t column);
 
+// The path from the current folder on where it lies below it, else all of it.
+const char *path_from_here(const char *path);
+
 #endif

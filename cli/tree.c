@@ -3,6 +3,7 @@
 #include "cli.h"
 #include "messages.h"
 #include "options.h"
+#include "source_line.h"
 #include "stage_options.h"
 
 #include "cohort/usda.h"
@@ -48,6 +49,13 @@ static void print_prim(const CohortPrim *prim, int depth)
         print_prim(cohort_prim_child(prim, i), depth + 1);
 }
 
+static void print_opinion(const char *indent, const CohortOpinion *opinion)
+{
+    bool is_above = !opinion->is_introduced && strcmp(opinion->arc, "local") != 0;
+    printf("%s%-10s %s:%u%s\n", indent, opinion->arc, path_from_here(opinion->layer), opinion->line,
+           is_above ? " (by an ancestor)" : "");
+}
+
 static int print_composition(const CohortStage *stage, const char *path)
 {
     const CohortPrim *prim = cohort_stage_prim(stage, path);
@@ -58,13 +66,12 @@ static int print_composition(const CohortStage *stage, const char *path)
     CohortOpinion opinion;
     printf("%s %s, strongest first:\n", cohort_prim_path(prim), cohort_prim_type(prim));
     for (size_t i = 0; cohort_prim_opinion(prim, i, &opinion); i++)
-        printf("  %-10s %s:%u%s\n", opinion.arc, opinion.layer, opinion.line,
-               opinion.is_introduced ? "" : " (by an ancestor)");
+        print_opinion("  ", &opinion);
     for (size_t i = 0; i < cohort_prim_property_count(prim); i++) {
-        const char *name = cohort_prim_property_name(prim, i), *layer;
-        uint32_t line;
-        if (cohort_prim_origin(prim, name, &layer, &line))
-            printf("  .%s: %s:%u\n", name, layer, line);
+        const char *name = cohort_prim_property_name(prim, i);
+        printf("  .%s\n", name);
+        for (size_t k = 0; cohort_prim_property_opinion(prim, name, k, &opinion); k++)
+            print_opinion(k ? "    hidden: " : "    ", &opinion);
     }
     return EXIT_WRITTEN;
 }

@@ -24,6 +24,8 @@ expect 0 '  T2 (instance of /World/T1) <- reference instances.usda' tree "$data/
 expect 0 '{look=red} <- inherit liverps.usda' tree "$data/liverps.usda"
 expect 0 '^  local .*liverps.usda:[0-9]' tree "$data/liverps.usda" --composition /P
 expect 0 '^  payload .*liverps_payload.usda:[0-9]' tree "$data/liverps.usda" --composition /P
+expect 0 '^    local .*liverps.usda:35$' tree "$data/liverps.usda" --composition /P
+expect 0 '^    hidden: specialize .*liverps.usda:[0-9]' tree "$data/liverps.usda" --composition /P
 expect 3 'no prim /Absent' tree "$data/liverps.usda" --composition /Absent
 expect 3 'error' tree "$data/absent.usda"
 expect 2 'expected one stage' tree

@@ -57,7 +57,8 @@ static bool parse_key(CoParser *p, const char **key)
         CohortString string;
         if (!co_parse_string(p, &string))
             return false;
-        *key = co_parse_token(p, string.text, string.length);
+        // Keys are known by their text up to a NUL, here as everywhere.
+        *key = co_parse_token(p, string.text, strlen(string.text));
         return *key != NULL;
     }
     if (!co_scan_identifier(&p->scan, &word))

@@ -266,14 +266,30 @@ size_t cohort_prim_opinion_count(const CohortPrim *prim)
     return prim->data->opinion_count;
 }
 
-bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out)
+static CohortOpinion describe(const CohortPrim *prim, const CoSpec *spec, const CoSource *source)
 {
     static const char *const arcs[] = {"local",     "inherit", "variant",   "relocate",
                                        "reference", "payload", "specialize"};
+    return (CohortOpinion){source->file->path, spec->line, arcs[source->arc],
+                           !is_known_above(prim, source)};
+}
+
+bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out)
+{
     if (i >= prim->data->opinion_count)
         return false;
-    const CoOpinion *opinion = &prim->data->opinions[i];
-    *out = (CohortOpinion){opinion->source->file->path, opinion->spec->line,
-                           arcs[opinion->source->arc], !is_known_above(prim, opinion->source)};
+    *out = describe(prim, prim->data->opinions[i].spec, prim->data->opinions[i].source);
+    return true;
+}
+
+bool cohort_prim_property_opinion(const CohortPrim *prim, const char *property, size_t i,
+                                  CohortOpinion *out)
+{
+    CoPropertyWalk walk = co_property_walk(prim, co_property_token(prim, property));
+    do {
+        if (!co_property_next(&walk))
+            return false;
+    } while (i-- > 0);
+    *out = describe(prim, walk.spec, walk.source);
     return true;
 }

@@ -67,7 +67,7 @@ static void clips_are_weaker_than_their_layer_and_stronger_than_references(void 
     CHECK("/Local", "a", {5, 3});
     CHECK("/Local", "e", {5, 8});
     CHECK("/Referring", "a", {5, 15}, {10, 120});
-    CHECK("/Referring", "e", {0, 1}, {NAN, 4});
+    CHECK("/Referring", "e", {0, 1}, {(double)NAN, 4});
     CHECK("/Two", "a", {5, 115});
     CHECK("/Ordered", "a", {5, 15});
 }

@@ -342,6 +342,10 @@ typedef struct CohortOpinion {
 size_t cohort_prim_opinion_count(const CohortPrim *prim);
 bool cohort_prim_opinion(const CohortPrim *prim, size_t i, CohortOpinion *out);
 
+// The same of one of its properties; false past the last.
+bool cohort_prim_property_opinion(const CohortPrim *prim, const char *property, size_t i,
+                                  CohortOpinion *out);
+
 // ---- Convenience over values (typed, with a fallback) ------------------------------------------
 double cohort_prim_double(const CohortPrim *prim, const char *name, double time, double fallback);
 bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);
