@@ -31,6 +31,7 @@ static bool parse_extrapolation(CoParser *p, CoSplineExtrapolation *out)
         {"repeat", "loop repeat"}, {"reset", "loop reset"}, {"oscillate", "loop oscillate"}};
     if (!parse_padded(p, ':'))
         return false;
+    out->slope = 0; // of what may have been said before
     for (size_t i = 0; i < 3; i++)
         if (co_scan_word(&p->scan, words[i])) {
             out->mode = words[i];

@@ -62,12 +62,14 @@ static bool field_reads_as(const CoField *field, const char *type_name)
 // own type along; false when the attribute's is settled.
 static bool fits(CoSpec *out, const CoValueSource *from, bool is_settled)
 {
-    if (!from->field || !from->spec || from->spec->type_name == out->type_name ||
+    if (!from->field || (from->spec && from->spec->type_name == out->type_name) ||
         field_reads_as(from->field, out->type_name))
         return true;
-    if (!is_settled)
-        out->type_name = from->spec->type_name;
-    return !is_settled;
+    // Samples of clips are of the attribute's type or of no use.
+    if (is_settled || !from->spec)
+        return false;
+    out->type_name = from->spec->type_name;
+    return true;
 }
 
 // What edits make of an array, time by time.

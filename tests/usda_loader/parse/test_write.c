@@ -36,7 +36,7 @@ static void numbers_are_short(void **state)
         {5e-324, "5e-324"},
         {HUGE_VAL, "inf"},
         {-HUGE_VAL, "-inf"},
-        {NAN, "nan"},
+        {(double)NAN, "nan"},
         {100, "100"},
     };
     char text[CO_NUMBER_TEXT];
