@@ -56,8 +56,8 @@ void co_tree_parts_clear(CoTreeParts *parts)
 
 static bool no_memory(const Build *build)
 {
-    return CO_FAIL(build->err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %zu things",
-                   build->prims->count);
+    return CO_FAIL(build->err, COHORT_ERROR_OUT_OF_MEMORY,
+                   "no memory to build a tree over %zu things", build->prims->count);
 }
 
 // Makes an array exactly as large as it has to be.
@@ -102,7 +102,8 @@ static bool make_top(Build *build)
         return true;
     CoTree *tree = &build->out->tree;
     void *nodes = NULL;
-    if (!resize(&nodes, &tree->node_capacity, co_plan_count(build->opening.binary, 0), sizeof *tree->nodes))
+    if (!resize(&nodes, &tree->node_capacity, co_plan_count(build->opening.binary, 0),
+                sizeof *tree->nodes))
         return false;
     tree->nodes = nodes;
     write_top(build, 0);
@@ -144,8 +145,8 @@ static void build_pieces(void *context, size_t begin, size_t end, uint32_t worke
     for (size_t i = begin; i < end; i++) {
         size_t at = build->round + i;
         build->workers[worker].prims = build->prims->prims;
-        if (!co_subtree_build(&build->workers[worker], &build->opening.ranges[at], build->opening.range_count == 1,
-                              &build->pieces[at]))
+        if (!co_subtree_build(&build->workers[worker], &build->opening.ranges[at],
+                              build->opening.range_count == 1, &build->pieces[at]))
             build->is_out_of_memory = true;
     }
 }
@@ -215,7 +216,8 @@ static bool build_round(Build *build, size_t count)
         return no_memory(build);
     if (build->round == 0)
         co_prims_free(prims);
-    else if (resize(&kept, &prims->capacity, build->opening.ranges[build->round].first, sizeof *prims->prims))
+    else if (resize(&kept, &prims->capacity, build->opening.ranges[build->round].first,
+                    sizeof *prims->prims))
         prims->prims = kept;
     if (!make_room(build, count))
         return false;
@@ -258,9 +260,9 @@ bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out,
     Build build = {.prims = prims, .rule = rule, .out = out, .err = err};
     bool is_done = true;
     if (prims->count) {
-        is_done = (co_opening_make(prims, &build.opening) && make_top(&build) &&
-                   make_workers(&build)) ||
-                  no_memory(&build);
+        is_done =
+            (co_opening_make(prims, &build.opening) && make_top(&build) && make_workers(&build)) ||
+            no_memory(&build);
         out->tree.box = build.opening.box;
         is_done = is_done && build_rounds(&build);
     }

@@ -6,9 +6,9 @@
 #define TAG CO_MEMORY_ACCEL
 
 enum {
-    WIDE_SHARE = 16,      // ranges above this part of the whole are split by all threads
-    SUBTREE_SHARE = 128,  // a subtree is at most this part of the whole,
-    SUBTREE_MIN = 4096,   // within these bounds
+    WIDE_SHARE = 16,     // ranges above this part of the whole are split by all threads
+    SUBTREE_SHARE = 128, // a subtree is at most this part of the whole,
+    SUBTREE_MIN = 4096,  // within these bounds
     SUBTREE_MAX = 16384
 };
 

@@ -11,9 +11,9 @@
 // A node of a binary tree. Its left child is the next one.
 typedef struct CoBinaryNode {
     CoBox box;
-    uint32_t first, count; // range of prims
-    uint32_t right;        // 0 for a leaf,
-    uint32_t leaf;         // whose reference this is
+    uint32_t first, count;           // range of prims
+    uint32_t right;                  // 0 for a leaf,
+    uint32_t leaf;                   // whose reference this is
     float cost[CO_NODE_WIDTH];       // [j]: expected cost with at most j children, j = 1 .. 7
     uint8_t left[CO_NODE_WIDTH + 1]; // [j]: how many of them go left; 0: j - 1 do as well
 } CoBinaryNode;
@@ -23,7 +23,7 @@ typedef struct CoSubtree {
     CoBuildPrim *moved;  // room for `most`
     CoBuildPrim *prims;  // of the whole tree
     const CoLeafRule *rule;
-    double scale; // 1 / area of the whole tree
+    double scale;          // 1 / area of the whole tree
     unsigned char *leaves; // room for `most` times the rule's prim_bytes
     size_t node_count, leaf_bytes;
     size_t pending; // 1 + the node whose leaf is not written yet, 0: none
@@ -33,7 +33,7 @@ typedef struct CoSubtree {
 typedef struct CoPiece {
     CoWideNode *nodes; // the leaves follow them
     size_t node_count, leaf_bytes;
-    uint32_t root; // reference
+    uint32_t root;               // reference
     size_t node_base, leaf_base; // where they go
 } CoPiece;
 

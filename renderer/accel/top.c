@@ -145,9 +145,9 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
     if (is_built) {
         survey(top, instances, objects);
         prims.count = list_prims(top, prims.prims);
-        is_built = top->depth <= CO_GROUP_DEPTH_MAX || CO_FAIL(err, COHORT_ERROR_LIMIT,
-                                                               "groups are nested more than %d deep",
-                                                               CO_GROUP_DEPTH_MAX);
+        is_built = top->depth <= CO_GROUP_DEPTH_MAX ||
+                   CO_FAIL(err, COHORT_ERROR_LIMIT, "groups are nested more than %d deep",
+                           CO_GROUP_DEPTH_MAX);
         is_built = is_built && build_tree(top, &prims, err);
     } else {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);

@@ -119,7 +119,8 @@ static void place_all(CoInstance instances[PLACED], uint32_t object, float sprea
 {
     Random random = {seed};
     for (int i = 0; i < PLACED; i++) {
-        CoVec3 at = co_vec3((float)(i % 6) - 3.0f, (float)(i / 6 % 6) - 3.0f, (float)(i / 36) - 3.0f);
+        CoVec3 at =
+            co_vec3((float)(i % 6) - 3.0f, (float)(i / 6 % 6) - 3.0f, (float)(i / 36) - 3.0f);
         instances[i] =
             place(object, matrix((double)random_float(&random, 0.0f, 6.0f), co_vec3_splat(0.4f),
                                  co_add(at, random_vec3(&random, -spread, spread))));
@@ -148,7 +149,8 @@ static void moved_instances_are_followed(void **state)
     // All the way across, a tree over what was near is no use; nor one over another number.
     Random random = {9};
     for (int i = 0; i < PLACED; i++)
-        instances[i] = place(id, matrix(0.0, co_vec3_splat(0.1f), random_vec3(&random, -9.0f, 9.0f)));
+        instances[i] =
+            place(id, matrix(0.0, co_vec3_splat(0.1f), random_vec3(&random, -9.0f, 9.0f)));
     assert_false(co_top_refit(top, instances, PLACED, scenes[0].objects));
     assert_false(co_top_refit(top, instances, PLACED - 1, scenes[0].objects));
     scene_clear(&scenes[0]);

@@ -1,6 +1,8 @@
 // Trees: triangles built per second, surface-area cost, bytes and peak, beside Embree's medium
 // quality where that is installed, in alternated runs. Not a test: prints numbers.
-// Usage: bench_build [thousand triangles [rounds [threads]]]
+// Then what a ray visits, from ten thousand triangles to as many thousands as the last argument
+// says. With other work on the machine, OMP_WAIT_POLICY=passive keeps waiting threads from taking
+// part. Usage: bench_build [thousand triangles [rounds [threads [most thousands]]]]
 
 #include "accel/build.h"
 #include "base/clock.h"
@@ -43,9 +45,9 @@ static CoMesh mesh_ball(uint32_t tris)
         for (uint32_t j = 0; j <= n; j++) {
             float theta = CO_PI * (float)i / (float)n, phi = 2.0f * CO_PI * (float)j / (float)n;
             float r = 1.0f + 0.05f * sinf(41.0f * theta) * sinf(29.0f * phi);
-            co_vec3_store(points + 3 * ((size_t)i * (n + 1) + j),
-                          co_vec3(r * sinf(theta) * cosf(phi), r * cosf(theta),
-                                  r * sinf(theta) * sinf(phi)));
+            co_vec3_store(
+                points + 3 * ((size_t)i * (n + 1) + j),
+                co_vec3(r * sinf(theta) * cosf(phi), r * cosf(theta), r * sinf(theta) * sinf(phi)));
         }
     }
     for (uint32_t q = 0; q < n * n; q++) {
@@ -133,7 +135,7 @@ static double cpu_seconds(void)
 
 typedef struct Figures {
     double seconds, cpu; // the least of all rounds
-    double bytes, peak; // of the tree and of its making
+    double bytes, peak;  // of the tree and of its making
     Cost cost;
 } Figures;
 
@@ -273,8 +275,8 @@ static Cost embree_cost(const CoMesh *mesh)
             co_box_extend(&b, p, p);
         }
         co_box_extend(&all, b.lo, b.hi);
-        prims[i] = (struct RTCBuildPrimitive){b.lo[0], b.lo[1], b.lo[2], 0,
-                                              b.hi[0], b.hi[1], b.hi[2], i};
+        prims[i] =
+            (struct RTCBuildPrimitive){b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], i};
     }
     struct RTCBuildArguments a = rtcDefaultBuildArguments();
     a.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
@@ -302,10 +304,11 @@ static Cost embree_cost(const CoMesh *mesh)
 
 static void print_figures(const char *who, uint32_t tris, const Figures *f)
 {
-    printf("  %-8s %6.2f Mtri/s, %5.0f CPU ns each  %6.1f bytes, peak %6.1f   nodes %6.2f leaves %6.2f "
+    printf("  %-8s %6.2f Mtri/s, %5.0f CPU ns each  %6.1f bytes, peak %6.1f   nodes %6.2f leaves "
+           "%6.2f "
            "blocks %6.2f sah %6.2f\n",
-           who, tris / f->seconds * 1e-6, f->cpu * 1e9 / tris, f->bytes / tris, f->peak / tris, f->cost.nodes,
-           f->cost.leaves, f->cost.blocks, sah(f->cost));
+           who, tris / f->seconds * 1e-6, f->cpu * 1e9 / tris, f->bytes / tris, f->peak / tris,
+           f->cost.nodes, f->cost.leaves, f->cost.blocks, sah(f->cost));
 }
 
 static void run(const char *title, CoMesh mesh, int rounds, uint32_t threads)
@@ -327,11 +330,71 @@ static void run(const char *title, CoMesh mesh, int rounds, uint32_t threads)
     embree.cost = embree_cost(&mesh);
     print_figures("embree", mesh.tri_count, &embree);
     printf("  embree's time by ours %.2f, CPU time %.2f, our sah by embree's %.3f\n",
-           embree.seconds / own.seconds, embree.cpu / own.cpu,
-           sah(own.cost) / sah(embree.cost));
+           embree.seconds / own.seconds, embree.cpu / own.cpu, sah(own.cost) / sah(embree.cost));
 #endif
     free((float *)(uintptr_t)mesh.points);
     free((uint32_t *)(uintptr_t)mesh.indices);
+}
+
+enum {
+    VISITS = 20000
+};
+
+// Rays between points of a ball twice as large, most of which meet the mesh.
+static void fill_rays(CoRayBatch *rays)
+{
+    *rays = (CoRayBatch){.count = VISITS, .capacity = VISITS};
+#define BENCH_ALLOC(type, name) rays->name = aligned_alloc(64, VISITS * sizeof(type));
+    CO_RAY_FIELDS(BENCH_ALLOC)
+#undef BENCH_ALLOC
+    for (size_t i = 0; i < VISITS; i++) {
+        CoVec3 from = co_normalize(co_vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
+        CoVec3 to = co_vec3(uniform(-0.5f, 0.5f), uniform(-0.5f, 0.5f), uniform(-0.5f, 0.5f));
+        from = co_scale(from, 2.0f);
+        rays->org_x[i] = from.x;
+        rays->org_y[i] = from.y;
+        rays->org_z[i] = from.z;
+        rays->dir_x[i] = to.x - from.x;
+        rays->dir_y[i] = to.y - from.y;
+        rays->dir_z[i] = to.z - from.z;
+        rays->tnear[i] = 0.0f;
+        rays->tfar[i] = INFINITY;
+    }
+}
+
+static void count_visits(uint32_t tris)
+{
+    CoMesh mesh = mesh_ball(tris);
+    CoObject objects[2] = {{.mesh = &mesh, .bvh = co_bvh_create(&mesh, NULL)}, {.mesh = NULL}};
+    objects[0].box_min = co_vec3(-2, -2, -2);
+    objects[0].box_max = co_vec3(2, 2, 2);
+    CoMat4d identity = co_mat4d_identity();
+    CoInstance instance = {.object = 0, .to_group = co_affine_from_mat4d(&identity)};
+    instance.to_object = instance.to_group;
+    objects[1] = (CoObject){.top = co_top_create(&instance, 1, objects, NULL),
+                            .instances = &instance,
+                            .instance_count = 1};
+    CoAccelScene scene = {objects, 2, 1};
+    CoRayBatch rays;
+    CoHitBatch hits = {.count = VISITS, .capacity = VISITS};
+    fill_rays(&rays);
+#define BENCH_ALLOC(type, name) hits.name = aligned_alloc(64, VISITS * sizeof(type));
+    CO_HIT_FIELDS(BENCH_ALLOC)
+#undef BENCH_ALLOC
+    CoTraverseStats stats = {0};
+    co_accel_kernels(NULL)->traverse(&scene, &rays, NULL, &hits, 0, VISITS, false, &stats);
+    printf("  %9u triangles: %6.2f nodes, %6.2f triangle tests per ray\n", mesh.tri_count,
+           (double)stats.bottom_nodes / VISITS, (double)stats.triangles / VISITS);
+    co_top_destroy((CoTop *)(uintptr_t)objects[1].top);
+    co_bvh_destroy((CoBvh *)(uintptr_t)objects[0].bvh);
+    free((float *)(uintptr_t)mesh.points);
+    free((uint32_t *)(uintptr_t)mesh.indices);
+#define BENCH_FREE(type, name) free(rays.name);
+    CO_RAY_FIELDS(BENCH_FREE)
+#undef BENCH_FREE
+#define BENCH_FREE(type, name) free(hits.name);
+    CO_HIT_FIELDS(BENCH_FREE)
+#undef BENCH_FREE
 }
 
 int main(int argc, char **argv)
@@ -343,5 +406,9 @@ int main(int argc, char **argv)
     run("ball, shuffled", mesh_shuffled(mesh_ball(tris)), rounds, threads);
     run("soup", mesh_soup(tris, 1.0f), rounds, threads);
     run("splinters", mesh_soup(tris, 30.0f), rounds, threads);
+    printf("visits\n");
+    uint32_t most = 1000u * (uint32_t)(argc > 4 ? atoi(argv[4]) : 1000);
+    for (uint32_t n = 10000; n <= most; n *= 10)
+        count_visits(n);
     return 0;
 }
