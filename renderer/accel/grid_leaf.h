@@ -17,6 +17,7 @@ enum {
     CO_LIST_PATCHES = 4,
     CO_TILE_SQUARES = 8, // a side
     CO_TILE_BLOCKS = 16,
+    CO_GRID_SLOTS = 3 * CO_LEAF_WIDTH, // places of points that are gathered
     CO_TILE_TRIS = 2 * CO_TILE_SQUARES * CO_TILE_SQUARES
 };
 

@@ -383,7 +383,8 @@ static bool allocate_values(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     CoMeshShading *shading = build->shading;
-    s->points = co_mesh_keep(build, s->point_count, 3 * sizeof *s->points);
+    // One more, for kernels read points as four floats.
+    s->points = co_mesh_keep(build, s->point_count + (size_t)1, 3 * sizeof *s->points);
     CO_MESH_CHECK_MEMORY(build, s->points);
     if (!shading->is_bilinear) {
         size_t count = s->has_normal_seams ? s->corner_count : s->point_count;

@@ -99,5 +99,21 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);
     return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
 }
+// Points k and k + 4 side by side.
+static inline __m256 co_lane_point_pair(const float *points, const uint32_t *index)
+{
+    __m128 low = _mm_loadu_ps(points + 3 * (uint64_t)index[0]);
+    __m128 high = _mm_loadu_ps(points + 3 * (uint64_t)index[4]);
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+}
+static inline void co_lane_load_points(const float *points, const uint32_t *index, CoLane out[3])
+{
+    __m256 a = co_lane_point_pair(points, index), b = co_lane_point_pair(points, index + 1);
+    __m256 c = co_lane_point_pair(points, index + 2), d = co_lane_point_pair(points, index + 3);
+    __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
+    out[0] = _mm256_shuffle_ps(ab, cd, 0x44);
+    out[1] = _mm256_shuffle_ps(ab, cd, 0xee);
+    out[2] = _mm256_shuffle_ps(_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d), 0x44);
+}
 
 #endif

@@ -101,5 +101,11 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     return (float)*p;
 }
+// Points as lanes of x, y and z: lane k is points[3 index[k] ..]. Reads one float behind each.
+static inline void co_lane_load_points(const float *points, const uint32_t *index, CoLane out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = points[3 * (uint64_t)*index + (uint64_t)c];
+}
 
 #endif

@@ -99,5 +99,16 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
     __m128i bytes = _mm_loadu_si32(p);
     return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes));
 }
+static inline void co_lane_load_points(const float *points, const uint32_t *index, CoLane out[3])
+{
+    __m128 a = _mm_loadu_ps(points + 3 * (uint64_t)index[0]);
+    __m128 b = _mm_loadu_ps(points + 3 * (uint64_t)index[1]);
+    __m128 c = _mm_loadu_ps(points + 3 * (uint64_t)index[2]);
+    __m128 d = _mm_loadu_ps(points + 3 * (uint64_t)index[3]);
+    __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
+    out[0] = _mm_movelh_ps(ab, cd);
+    out[1] = _mm_movehl_ps(cd, ab);
+    out[2] = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+}
 
 #endif

@@ -33,5 +33,13 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table
         co_lane_store(at += count, co_lane_select(less, x, y));
         co_lane_store(at += count, co_lane_lookup8(table, index + i));
         co_lane_store(at += count, co_lane_clamp(x, co_lane_set1(-1.0f), co_lane_set1(2.0f)));
+        co_lane_store(at += count, co_lane_load_bytes(index + i));
+        uint32_t place[CO_LANE_WIDTH];
+        CoLane point[3];
+        for (uint32_t k = 0; k < CO_LANE_WIDTH; k++)
+            place[k] = index[i + k] % 85u;
+        co_lane_load_points(a, place, point); // of 256 floats
+        for (int c = 0; c < 3; c++)
+            co_lane_store(at += count, point[c]);
     }
 }

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 enum {
-    LANE_CALL_COUNT = 16 // operations
+    LANE_CALL_COUNT = 20 // operations
 };
 
 // Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at

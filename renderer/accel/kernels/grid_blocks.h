@@ -7,43 +7,47 @@
 #include "accel/grid_leaf.h"
 #include "accel/kernels/triangle.h"
 
-// 8 triangles over up to 16 points, gathered.
+// 8 triangles over points that are gathered. Each corner of a triangle is found among 8 points:
+// those of corner c start at base[c], a multiple of 8, so that vectors are read as they were
+// written.
 typedef struct GridBlock {
-    float points[3][2 * CO_LEAF_WIDTH];
-    int point_count;
-    uint64_t corner[3]; // 8 bytes each, and what they count from, see CoTriLeaf
+    uint32_t index[CO_GRID_SLOTS]; // of the points in the mesh
+    uint32_t slots;                // multiple of 8
+    uint64_t corner[3];            // 8 bytes each, see CoTriLeaf
     size_t base[3];
-    uint32_t tri[CO_LEAF_WIDTH];
-    uint32_t valid; // one bit per triangle that is one
+    uint32_t tri[4], row; // triangle k is tri[k & 3], in the second half row on
+    uint32_t valid;       // one bit per triangle that is one
 } GridBlock;
 
-static inline void block_point(GridBlock *block, const float *points, uint32_t to, uint32_t point)
-{
-    const float *p = points + 3 * (size_t)point;
-    for (int k = 0; k < 3; k++)
-        block->points[k][to] = p[k];
-}
-
 // Offers what the ray pierces of the block's triangles.
-static inline bool trace_block(Group *group, Ray *ray, const GridBlock *block, uint32_t path)
+static inline bool trace_block(Group *group, Ray *ray, const float *mesh_points,
+                               const GridBlock *block, uint32_t path)
 {
+    float points[3][CO_GRID_SLOTS];
     CoTriLeaf leaf;
     LeafHits hits;
     Shear shear;
     shear_load(ray, &shear);
+    for (uint32_t i = 0; i < block->slots; i += CO_LANE_WIDTH) {
+        CoLane p[3];
+        co_lane_load_points(mesh_points, block->index + i, p);
+        for (int k = 0; k < 3; k++)
+            co_lane_store(points[k] + i, p[k]);
+    }
     for (int c = 0; c < 3; c++) {
         leaf.corner[c] = (const uint8_t *)&block->corner[c];
         leaf.base[c] = block->base[c];
-        leaf.points[c] = block->points[c];
+        leaf.points[c] = points[c];
     }
     group->stats->triangles += (uint64_t)__builtin_popcount(block->valid);
-    shear_points(&leaf, &shear, block->point_count, &hits);
+    shear_points(&leaf, &shear, block->slots, &hits);
     uint32_t pierced = pierce_triangles(&leaf, &shear, CO_LEAF_WIDTH, &hits) & block->valid;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, &shear, i, &hits))
             continue;
-        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, block->tri[i]};
+        uint32_t tri = block->tri[i & 3u] + (i >> 2) * block->row;
+        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, tri};
         if (clamp_hit(&leaf, ray, i, &hit.t) &&
             offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
             return true;
@@ -87,44 +91,64 @@ static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, 
 static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint32_t patch,
                                  const uint32_t at[2], uint32_t path)
 {
-    const uint32_t *words = co_patch_words(bvh->patches, patch);
-    uint32_t shift = co_patch_shift(bvh->patches, words), row = 2u << shift;
-    uint32_t index[9] = {words[0], words[1], words[0], words[3], words[2],
-                         words[0], words[0], words[0], words[0]};
-    if (shift)
-        block_indices(words, 1u << shift, at[0], at[1], index);
-    // Points row by row. The tables of corners 1 and 2 count from point 1: they reach point 8.
-    GridBlock block = {.point_count = 9,
-                       .corner = {0x0404030301010000u, 0x0704060304010300u, 0x0607050603040203u},
-                       .base = {0, 1, 1},
-                       .valid = shift ? 0xffu : 0x03u};
-    for (uint32_t k = 0; k < 9; k++)
-        block_point(&block, bvh->points, k, index[k]);
-    uint32_t tri = co_patch_first_tri(bvh->patches, patch) + at[1] * row + 2 * at[0];
-    for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
-        block.tri[k] = tri + (k >> 2) * row + (k & 3u);
-    return trace_block(group, ray, &block, path);
+    const uint32_t *words = co_patch_words(bvh->patches, patch), first = words[0];
+    uint32_t shift = co_patch_shift(bvh->patches, words);
+    uint32_t tri = co_patch_first_tri(bvh->patches, patch) + (at[1] << (shift + 1)) + 2 * at[0];
+    // From 7 on points 0 to 8, row by row: corners 1 and 2 are among 1 to 8. Corner 0 is 0, 1, 3 or
+    // 4, which stand once more in front.
+    GridBlock block;
+    for (uint32_t k = 0; k < 16; k++)
+        block.index[k] = first;
+    if (shift) {
+        block_indices(words, 1u << shift, at[0], at[1], block.index + 7);
+    } else {
+        block.index[8] = words[1];
+        block.index[10] = words[3];
+        block.index[11] = words[2];
+    }
+    block.index[0] = block.index[7];
+    block.index[1] = block.index[8];
+    block.index[2] = block.index[10];
+    block.index[3] = block.index[11];
+    block.slots = 16;
+    block.corner[0] = 0x0303020201010000u;
+    block.corner[1] = 0x0704060304010300u;
+    block.corner[2] = 0x0607050603040203u;
+    block.base[0] = 0;
+    block.base[1] = block.base[2] = 8;
+    for (uint32_t k = 0; k < 4; k++)
+        block.tri[k] = tri + k;
+    block.row = 2u << shift;
+    block.valid = shift ? 0xffu : 0x03u;
+    return trace_block(group, ray, bvh->points, &block, path);
 }
 
-// Patches of level 0. Point k of patch q is at 4 k + q; lanes are the first triangles of all, then
-// the second.
+// Patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first triangles of
+// all, 0 1 2, then the second, 0 2 3.
 static inline bool trace_list(Group *group, Ray *ray, const CoBvh *bvh, const uint32_t *list,
                               uint32_t count, uint32_t path)
 {
-    GridBlock block = {.point_count = 16,
-                       .corner = {0x0302010003020100u, 0x0706050403020100u, 0x0706050403020100u},
-                       .base = {0, 4, 8},
-                       .valid = (1u << count) - 1u};
+    GridBlock block;
+    block.slots = 24;
+    block.corner[0] = 0x0302010003020100u;
+    block.corner[1] = block.corner[2] = 0x0706050403020100u;
+    block.base[0] = 0;
+    block.base[1] = 8;
+    block.base[2] = 16;
+    block.row = 1;
+    block.valid = (1u << count) - 1u;
     for (uint32_t q = 0; q < CO_LIST_PATCHES; q++) {
         const uint32_t *words = co_patch_words(bvh->patches, list[q]);
         bool is_fan = co_patch_is_fan(bvh->patches, words);
-        for (uint32_t k = 0; k < 4; k++)
-            block_point(&block, bvh->points, 4 * k + q, words[k == 3 && is_fan ? 0 : k]);
+        uint32_t *index = block.index + q;
+        index[0] = index[4] = words[0];
+        index[8] = words[1];
+        index[12] = index[16] = words[2];
+        index[20] = words[is_fan ? 0 : 3];
         block.tri[q] = co_patch_first_tri(bvh->patches, list[q]);
-        block.tri[q + 4] = block.tri[q] + 1;
         block.valid |= (uint32_t)(q < count && !is_fan) << (q + 4);
     }
-    return trace_block(group, ray, &block, path);
+    return trace_block(group, ray, bvh->points, &block, path);
 }
 
 // One bit per block that the ray enters, as slab_node has it.

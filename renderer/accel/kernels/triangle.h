@@ -36,14 +36,15 @@ static inline void shear_load(const Ray *ray, Shear *shear)
 
 // A leaf's points along the ray, and per triangle what the lanes found.
 typedef struct LeafHits {
-    float x[2 * CO_LEAF_WIDTH], y[2 * CO_LEAF_WIDTH], z[2 * CO_LEAF_WIDTH];
+    float x[3 * CO_LEAF_WIDTH], y[3 * CO_LEAF_WIDTH], z[3 * CO_LEAF_WIDTH];
     float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
     uint32_t unsure; // triangles for which float does not decide
 } LeafHits;
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, int count, LeafHits *out)
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
+                                LeafHits *out)
 {
-    for (int i = 0; i < count; i += CO_LANE_WIDTH) {
+    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
         CoLane z =
             co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
         CoLane x =
