@@ -32,12 +32,18 @@ static bool same_dict(const CoDict *a, const CoDict *b)
     return true;
 }
 
+// A zero offset is not written, whatever its sign.
+static bool same_offset(double a, double b)
+{
+    return a == b || same_double(a, b);
+}
+
 static bool same_arcs(const CoArc *a, const CoArc *b, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         if (strcmp(a[i].asset, b[i].asset) != 0 ||
             strcmp(a[i].prim ? a[i].prim : "", b[i].prim ? b[i].prim : "") != 0 ||
-            !same_double(a[i].offset, b[i].offset) || !same_double(a[i].scale, b[i].scale))
+            !same_offset(a[i].offset, b[i].offset) || !same_double(a[i].scale, b[i].scale))
             return false;
         if (!a[i].custom_data != !b[i].custom_data ||
             (a[i].custom_data && !same_value(a[i].custom_data, b[i].custom_data)))
