@@ -1,10 +1,10 @@
 // Rays of a group in the space of one object or group, ready for slab tests: the same as
-// ray.h has for one ray, by the same arithmetic in lanes.
+// one_ray.h has for one ray, by the same arithmetic in lanes.
 
 #ifndef CO_ACCEL_KERNELS_RAYS_H
 #define CO_ACCEL_KERNELS_RAYS_H
 
-#include "accel/kernels/ray.h"
+#include "accel/kernels/one_ray.h"
 
 enum {
     CO_GROUP_RAYS = 64,

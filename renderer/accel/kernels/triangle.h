@@ -10,7 +10,7 @@
 #ifndef CO_ACCEL_KERNELS_TRIANGLE_H
 #define CO_ACCEL_KERNELS_TRIANGLE_H
 
-#include "accel/kernels/ray.h"
+#include "accel/kernels/one_ray.h"
 
 // A ray as the triangle test needs it.
 typedef struct Shear {

@@ -8,8 +8,8 @@
 // tested with fewer operations, plane * inv + c, and a little more padding: a node's slab contains
 // the canonical slabs of all boxes within it.
 
-#ifndef CO_ACCEL_KERNELS_RAY_H
-#define CO_ACCEL_KERNELS_RAY_H
+#ifndef CO_ACCEL_KERNELS_ONE_RAY_H
+#define CO_ACCEL_KERNELS_ONE_RAY_H
 
 #include "accel/node.h"
 #include "simd/four.h"
