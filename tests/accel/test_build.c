@@ -4,6 +4,7 @@
 #include "accel/build.h"
 #include "accel_scene.h"
 #include "base/memory.h"
+#include "base/pages.h"
 #include "base/parallel.h"
 
 // Leaves of up to four ids, their count first.
@@ -182,6 +183,8 @@ static void peak_is_near_the_result(void **state)
     enum {
         COUNT = 300000
     };
+    if (!co_pages_suit(COUNT * sizeof(CoBuildPrim)))
+        skip(); // without pages to resize, arrays are copied
     co_worker_count_set(2);
     CoBuildPrim *prims = random_prims(COUNT, 0.02f, 7);
     size_t before = co_memory_live(CO_MEMORY_ACCEL);
