@@ -29,7 +29,8 @@ struct CoBinFile {
     // Reservations run past the capacity when several workers find the file full; those get
     // nothing.
     atomic_uint_fast64_t reserved, committed; // records
-    CoBinFile *next;                          // on the ready stack or the free list
+    uint64_t asked;  // bytes that were not in memory when they were asked for ahead
+    CoBinFile *next; // on the ready stack or the free list
     CoBinFile *next_made;
 };
 
@@ -316,26 +317,53 @@ bool co_ray_bins_flush(CoRayBins *bins, CohortError *err)
 
 // --- taking -------------------------------------------------------------------------------------
 
+// Bytes of [at, at + part) of a file that are not in memory; part is at most PAGE_IN_BYTES.
+static size_t absent_bytes(const CoBinFile *file, size_t at, size_t part)
+{
+    unsigned char residency[PAGE_IN_BYTES / PAGE_BYTES_MIN];
+    size_t page = (size_t)sysconf(_SC_PAGESIZE), absent = 0;
+    void *address = (void *)((uintptr_t)file->map + at);
+    bool is_known = mincore(address, part, residency) == 0;
+    for (size_t i = 0; i < (part + page - 1) / page; i++)
+        absent += !is_known || !(residency[i] & 1);
+    return absent * page;
+}
+
+static size_t page_in_part(size_t bytes, size_t at)
+{
+    return bytes - at < PAGE_IN_BYTES ? bytes - at : PAGE_IN_BYTES;
+}
+
+// Has the system read the next batch while this one is worked on. What it reads counts here: by
+// the time the batch is taken it is in memory.
+static void ask_ahead(CoRayBins *bins, CoBinFile *file)
+{
+    uint64_t absent = 0;
+    for (size_t at = 0; at < bins->file_bytes; at += PAGE_IN_BYTES)
+        absent += absent_bytes(file, at, page_in_part(bins->file_bytes, at));
+    if (absent > file->asked) {
+        bins->stats.bytes_read += absent - file->asked;
+        file->asked = absent;
+    }
+    if (absent)
+        posix_fadvise(file->fd, 0, 0, POSIX_FADV_WILLNEED);
+}
+
 // Brings the pages of a batch into memory with reads, which can fail, before the mapping is
 // touched.
 static bool page_in(CoRayBins *bins, CoBinFile *file, size_t bytes)
 {
-    unsigned char residency[PAGE_IN_BYTES / PAGE_BYTES_MIN];
-    size_t page = (size_t)sysconf(_SC_PAGESIZE);
     double begin = co_clock_seconds();
+    uint64_t absent_sum = 0;
     for (size_t at = 0; at < bytes; at += PAGE_IN_BYTES) {
-        size_t part = bytes - at < PAGE_IN_BYTES ? bytes - at : PAGE_IN_BYTES;
-        size_t pages = (part + page - 1) / page, absent = 0;
-        void *address = (void *)((uintptr_t)file->map + at);
-        bool is_known = mincore(address, part, residency) == 0;
-        for (size_t i = 0; i < pages; i++)
-            absent += !is_known || !(residency[i] & 1);
-        if (absent == 0)
-            continue;
-        if (!read_records(bins, file, at, bins->page_buffer, part))
+        size_t part = page_in_part(bytes, at), absent = absent_bytes(file, at, part);
+        if (absent && !read_records(bins, file, at, bins->page_buffer, part))
             return false;
-        bins->stats.bytes_read += absent * page;
+        absent_sum += absent;
     }
+    if (absent_sum > file->asked)
+        bins->stats.bytes_read += absent_sum - file->asked;
+    file->asked = 0;
     bins->stats.wait_seconds += co_clock_seconds() - begin;
     return true;
 }
@@ -345,7 +373,7 @@ static bool take_file(CoRayBins *bins, CoBinFile *file, size_t count, CoRayRecor
 {
     bool is_good = page_in(bins, file, count * bins->record_bytes);
     if (is_good && bins->ready)
-        posix_fadvise(bins->ready->fd, 0, 0, POSIX_FADV_WILLNEED);
+        ask_ahead(bins, bins->ready);
     if (!is_good) {
         file->next = bins->spare;
         bins->spare = file;
