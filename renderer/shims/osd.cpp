@@ -1,4 +1,4 @@
-#include "shims/osd.h"
+#include "shims/osd_topology.hpp"
 
 extern "C" {
 #include "base/error.h"
@@ -7,8 +7,6 @@ extern "C" {
 #include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
 #include <opensubdiv/far/error.h>
-#include <opensubdiv/far/topologyDescriptor.h>
-#include <opensubdiv/far/topologyRefinerFactory.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +20,6 @@ extern "C" {
 
 namespace Bfr = OpenSubdiv::Bfr;
 namespace Far = OpenSubdiv::Far;
-namespace Sdc = OpenSubdiv::Sdc;
 
 using Cache =
     Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
@@ -45,6 +42,9 @@ struct CoOsdSurface {
 
 // Bfr's work on an irregular feature grows with the cube of its valence: 1000 takes seconds.
 static const int max_valence = 1000;
+
+// How deep OpenSubdiv isolates features at most.
+static const int deepest = 10;
 
 // OpenSubdiv reports through process-wide callbacks, which print unless they are set. It calls them
 // on the thread that made the mistake, so each thread keeps its own last sentence.
@@ -84,82 +84,12 @@ static bool rethrown(CohortError *err)
     }
 }
 
-static Sdc::SchemeType scheme_type(CohortScheme scheme)
-{
-    switch (scheme) {
-    case COHORT_SCHEME_LOOP:
-        return Sdc::SCHEME_LOOP;
-    case COHORT_SCHEME_BILINEAR:
-        return Sdc::SCHEME_BILINEAR;
-    default:
-        return Sdc::SCHEME_CATMARK;
-    }
-}
-
-static Sdc::Options scheme_options(const CoOsdDesc *desc)
-{
-    static const Sdc::Options::VtxBoundaryInterpolation boundary[] = {
-        Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER, Sdc::Options::VTX_BOUNDARY_EDGE_ONLY,
-        Sdc::Options::VTX_BOUNDARY_NONE};
-    static const Sdc::Options::FVarLinearInterpolation linear[] = {
-        Sdc::Options::FVAR_LINEAR_CORNERS_PLUS1, Sdc::Options::FVAR_LINEAR_NONE,
-        Sdc::Options::FVAR_LINEAR_CORNERS_ONLY,  Sdc::Options::FVAR_LINEAR_CORNERS_PLUS2,
-        Sdc::Options::FVAR_LINEAR_BOUNDARIES,    Sdc::Options::FVAR_LINEAR_ALL};
-    Sdc::Options options;
-    options.SetVtxBoundaryInterpolation(boundary[desc->interpolate_boundary]);
-    options.SetFVarLinearInterpolation(linear[desc->fvar_linear]);
-    options.SetCreasingMethod(Sdc::Options::CREASE_UNIFORM);
-    options.SetTriangleSubdivision(desc->triangle_rule_smooth ? Sdc::Options::TRI_SUB_SMOOTH
-                                                              : Sdc::Options::TRI_SUB_CATMARK);
-    return options;
-}
-
-static Far::TopologyRefiner *make_refiner(const CoOsdDesc *desc)
-{
-    using RefinerFactory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-    std::vector<Far::TopologyDescriptor::FVarChannel> channels((size_t)desc->channel_count);
-    for (size_t k = 0; k < channels.size(); k++) {
-        channels[k].numValues = desc->channels[k].value_count;
-        channels[k].valueIndices = desc->channels[k].indices;
-    }
-    Far::TopologyDescriptor topology;
-    topology.numVertices = desc->vertex_count;
-    topology.numFaces = desc->face_count;
-    topology.numVertsPerFace = desc->face_vertex_counts;
-    topology.vertIndicesPerFace = desc->face_vertex_indices;
-    topology.numCreases = desc->crease_count;
-    topology.creaseVertexIndexPairs = desc->crease_pairs;
-    topology.creaseWeights = desc->crease_sharpnesses;
-    topology.numCorners = desc->corner_count;
-    topology.cornerVertexIndices = desc->corners;
-    topology.cornerWeights = desc->corner_sharpnesses;
-    topology.numFVarChannels = desc->channel_count;
-    topology.fvarChannels = channels.data();
-    RefinerFactory::Options options(scheme_type(desc->scheme), scheme_options(desc));
-    options.validateFullTopology = true;
-    return RefinerFactory::Create(topology, options);
-}
-
-static bool find_normal_seams(const Far::TopologyLevel &level)
-{
-    const float infinite = Sdc::Crease::SHARPNESS_INFINITE;
-    for (int e = 0; e < level.GetNumEdges(); e++)
-        if (level.IsEdgeNonManifold(e) ||
-            (level.GetEdgeSharpness(e) >= infinite && level.GetEdgeFaces(e).size() > 1))
-            return true;
-    for (int v = 0; v < level.GetNumVertices(); v++)
-        if (level.IsVertexNonManifold(v) ||
-            (level.GetVertexSharpness(v) >= infinite && level.GetVertexFaces(v).size() > 1))
-            return true;
-    return false;
-}
-
 CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *err)
 {
     try {
         catch_messages();
         std::unique_ptr<CoOsdMesh> mesh(new CoOsdMesh);
-        mesh->refiner.reset(make_refiner(desc));
+        mesh->refiner.reset(co_osd_refiner(desc));
         CO_CHECK_NULL(mesh->refiner, err, COHORT_ERROR_SCENE, "OpenSubdiv refuses it: %.160s",
                       osd_error[0] ? osd_error : "no reason given");
         int valence = mesh->refiner->GetMaxValence();
@@ -167,12 +97,14 @@ CoOsdMesh *co_osd_create(const CoOsdDesc *desc, char warning[256], CohortError *
                       COHORT_ERROR_LIMIT,
                       "a vertex or face has %d edges, smooth subdivision takes at most %d", valence,
                       max_valence);
-        mesh->has_normal_seams = find_normal_seams(mesh->refiner->GetLevel(0));
+        const Far::TopologyLevel cage = mesh->refiner->GetLevel(0);
+        mesh->has_normal_seams = co_osd_find_normal_seams(cage);
         // Bfr takes a point of level L exactly when it isolates irregular features that deep.
-        int level = (int)std::min(std::max(desc->exact_level, 2u), 6u);
+        bool is_deep = co_osd_find_deep_features(cage);
+        int level = is_deep ? deepest : (int)std::min(std::max(desc->exact_level, 2u), 6u);
         Factory::Options options;
         options.SetApproxLevelSmooth(level);
-        options.SetApproxLevelSharp(6);
+        options.SetApproxLevelSharp(is_deep ? deepest : 6);
         mesh->factory.reset(new Factory(*mesh->refiner, options));
         std::snprintf(warning, 256, "%s", osd_warning);
         return mesh.release();
