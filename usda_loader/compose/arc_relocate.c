@@ -3,29 +3,13 @@
 
 #include "compose/prim_index.h"
 
-static const CoPath *moved_from(const CoSite *site)
-{
-    for (size_t i = 0; i < site->stack->relocate_count; i++)
-        if (site->stack->relocates[i].target == site->path)
-            return site->stack->relocates[i].source;
-    return NULL;
-}
-
-static bool is_moved_away(const CoSite *site)
-{
-    for (size_t i = 0; i < site->stack->relocate_count; i++)
-        if (site->stack->relocates[i].source == site->path)
-            return true;
-    return false;
-}
-
 static void silence_moved_away(CoGraph *graph, uint32_t node)
 {
     for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
          i = graph->nodes[i].next_sibling) {
         if (graph->nodes[i].link->kind == CO_ARC_RELOCATE)
             continue;
-        if (!graph->nodes[i].is_inert && is_moved_away(graph->nodes[i].site))
+        if (!graph->nodes[i].is_inert && (graph->nodes[i].site->flags & CO_SITE_MOVED_AWAY))
             co_graph_make_inert(graph, i, true);
         else
             silence_moved_away(graph, i);
@@ -48,8 +32,8 @@ void co_arc_relocates(CoIndexer *indexer, uint32_t node)
     const CoNode *n = &graph->nodes[node];
     if (n->is_inert && co_node_depth_below_arc(graph, node) == 0)
         return;
-    const CoPath *source = moved_from(n->site);
-    if (!source)
+    const CoMove *move = co_stack_move_to(n->site->stack, n->site->path);
+    if (!move)
         return;
     // What other arcs brought to the new place is superseded.
     for (uint32_t i = n->first_child; i != CO_NO_NODE; i = graph->nodes[i].next_sibling)
@@ -58,7 +42,7 @@ void co_arc_relocates(CoIndexer *indexer, uint32_t node)
     CoArcSpec arc = {.kind = CO_ARC_RELOCATE,
                      .parent = node,
                      .origin = node,
-                     .site = co_site(c, n->site->stack, source),
+                     .site = co_site(c, n->site->stack, move->source),
                      .to_parent = co_composer_need(c, co_map_identity(&c->paths)),
                      .namespace_depth = n->site->path->depth,
                      .root_depth = indexer->root_depth};

@@ -67,11 +67,33 @@ typedef struct CoStackLayer {
     double offset, scale; // from the layer's time to the stack's
 } CoStackLayer;
 
+// The moves that one path is looked up for, each in order.
+typedef enum CoMoveList {
+    CO_MOVES_FROM,        // it is their source
+    CO_MOVES_TO,          // it is their target
+    CO_MOVES_OF_CHILDREN, // it is the parent of their source
+    CO_MOVES_TO_CHILDREN, // it is the parent of their target
+    CO_MOVE_LIST_COUNT
+} CoMoveList;
+
 // One relocate as composition uses it; without a target the source is removed.
 typedef struct CoMove {
     const CoPath *source, *target;
-    const CoPath *origin; // the source before any move of an ancestor
+    const CoPath *origin;              // the source before any move of an ancestor
+    uint32_t next[CO_MOVE_LIST_COUNT]; // of the lists it is in: move + 1
 } CoMove;
+
+// What the moves say of one path.
+typedef struct CoMovesAt {
+    const CoPath *path;
+    uint32_t first[CO_MOVE_LIST_COUNT]; // move + 1; 0: none
+    bool is_above;                      // of a source or an origin, or is one
+} CoMovesAt;
+
+typedef struct CoMoveIndex {
+    CoMovesAt *slots; // open addressing by path
+    size_t count, capacity;
+} CoMoveIndex;
 
 typedef struct CoVariable {
     const char *name; // token
@@ -95,6 +117,7 @@ typedef struct CoStack {
     double time_codes_per_second; // of the root, but a session layer may say otherwise
     CoMove *relocates;            // incremental: each says one move
     size_t relocate_count;
+    CoMoveIndex moves;
     uint64_t arc_count; // made so far to any site here
 } CoStack;
 
@@ -176,6 +199,13 @@ bool co_composer_is_muted(CoComposer *c, const char *path);
 // Reads what the layers of a stack say is moved; what is not allowed or contradicts itself is
 // reported and left out.
 void co_stack_relocates(CoComposer *c, CoStack *stack);
+
+// What the moves of the stack say of a path; NULL for nothing.
+const CoMovesAt *co_stack_moves_at(const CoStack *stack, const CoPath *path);
+
+// The move from (or to) a path; NULL for none.
+const CoMove *co_stack_move_from(const CoStack *stack, const CoPath *source);
+const CoMove *co_stack_move_to(const CoStack *stack, const CoPath *target);
 
 // A field of a layer's own metadata.
 const CoField *co_layer_field(const CoLayerFile *file, const char *name);

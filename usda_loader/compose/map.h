@@ -16,11 +16,13 @@ typedef struct CoMapPair {
 typedef struct CoMap {
     double offset, scale;
     uint32_t count;
+    uint32_t capacity; // of each half of `slots`; 0: few pairs, looked through one by one
+    uint32_t *slots;   // pairs by source, then pairs by target: their number + 1
     CoMapPair pairs[];
 } CoMap;
 
 // All makers take what they need from the table's arena and return NULL when memory is at an end.
-CoMap *co_map_identity(CoPathTable *table);
+const CoMap *co_map_identity(CoPathTable *table);
 
 // source -> target, and "/" -> "/" as well if `has_root`.
 CoMap *co_map_pair(CoPathTable *table, const CoPath *source, const CoPath *target, bool has_root,
@@ -29,12 +31,12 @@ CoMap *co_map_pair(CoPathTable *table, const CoPath *source, const CoPath *targe
 // Of `count` pairs as they stand.
 CoMap *co_map_pairs(CoPathTable *table, const CoMapPair *pairs, size_t count);
 
-CoMap *co_map_with_root(CoPathTable *table, const CoMap *map);
-CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner);
+const CoMap *co_map_with_root(CoPathTable *table, const CoMap *map);
+const CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner);
 
 // The same, and no path that `inner` has no image for has one in the whole. For targets; the maps
 // that classes are passed on by do without.
-CoMap *co_map_compose_exactly(CoPathTable *table, const CoMap *outer, const CoMap *inner);
+const CoMap *co_map_compose_exactly(CoPathTable *table, const CoMap *outer, const CoMap *inner);
 CoMap *co_map_inverse(CoPathTable *table, const CoMap *map);
 bool co_map_equal(const CoMap *a, const CoMap *b);
 bool co_map_is_identity(const CoMap *map);

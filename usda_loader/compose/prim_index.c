@@ -302,13 +302,21 @@ uint32_t co_indexer_add_echo(CoIndexer *indexer, const CoArcSpec *arc)
     return made;
 }
 
-const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath *source,
-                                bool has_root, double offset, double scale)
+// ---- Maps of arcs -------------------------------------------------------------------------------
+// The map of an arc from a site with moves at or below it: worked out once.
+typedef struct CoArcMap {
+    const CoPath *source;
+    double offset, scale;
+    bool has_root;
+    const CoMap *map;
+    struct CoArcMap *next;
+} CoArcMap;
+
+// What the stack moves at or below the site, and everything else as it is.
+static const CoMap *moves_below(CoComposer *c, CoSite *site)
 {
-    CoComposer *c = indexer->c;
-    const CoSite *site = indexer->graph.nodes[node].site;
-    const CoMap *map = co_map_pair(&c->paths, source, site->path->prim, false, offset, scale);
-    co_composer_need(c, map);
+    if (site->moves)
+        return site->moves;
     size_t count = 0;
     CoMapPair *pairs = co_composer_scratch(c, site->stack->relocate_count + 1, sizeof *pairs);
     for (size_t i = 0; i < site->stack->relocate_count; i++) {
@@ -320,14 +328,38 @@ const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath 
         if (move->target && from)
             pairs[count++] = (CoMapPair){from, move->target};
     }
-    if (count) {
-        pairs[count++] = (CoMapPair){&c->paths.root, &c->paths.root};
-        const CoMap *moves = co_composer_need(c, co_map_pairs(&c->paths, pairs, count));
-        map = co_composer_need(c, co_map_compose(&c->paths, moves, map));
-    }
-    if (has_root)
-        map = co_composer_need(c, co_map_with_root(&c->paths, map));
-    return map;
+    pairs[count++] = (CoMapPair){&c->paths.root, &c->paths.root};
+    site->moves = co_composer_need(c, co_map_pairs(&c->paths, pairs, count));
+    return site->moves;
+}
+
+static const CoMap *map_of_arc(CoComposer *c, CoSite *site, const CoArcMap *arc, bool has_moves)
+{
+    const CoMap *map =
+        co_map_pair(&c->paths, arc->source, site->path->prim, false, arc->offset, arc->scale);
+    co_composer_need(c, map);
+    if (has_moves)
+        map = co_composer_need(c, co_map_compose(&c->paths, moves_below(c, site), map));
+    return arc->has_root ? co_composer_need(c, co_map_with_root(&c->paths, map)) : map;
+}
+
+const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath *source,
+                                bool has_root, double offset, double scale)
+{
+    CoComposer *c = indexer->c;
+    CoSite *site = indexer->graph.nodes[node].site;
+    CoArcMap arc = {source, offset, scale, has_root, NULL, site->maps};
+    const CoMovesAt *moves = co_stack_moves_at(site->stack, site->path->prim);
+    if (!moves || !moves->is_above)
+        return map_of_arc(c, site, &arc, false);
+    for (const CoArcMap *known = site->maps; known; known = known->next)
+        if (known->source == source && known->has_root == has_root && known->offset == offset &&
+            known->scale == scale)
+            return known->map;
+    arc.map = map_of_arc(c, site, &arc, true);
+    site->maps = co_composer_alloc(c, sizeof *site->maps);
+    *site->maps = arc;
+    return arc.map;
 }
 
 // ---- The order of work --------------------------------------------------------------------------
@@ -428,11 +460,8 @@ bool co_prim_index_is_prohibited(const CoGraph *graph)
 {
     for (uint32_t i = 0; i < graph->count; i++) {
         const CoNode *node = &graph->nodes[i];
-        if (node->is_inert)
-            continue;
-        for (size_t j = 0; j < node->site->stack->relocate_count; j++)
-            if (node->site->stack->relocates[j].source == node->site->path)
-                return true;
+        if (!node->is_inert && node->site->flags & CO_SITE_MOVED_AWAY)
+            return true;
     }
     return false;
 }

@@ -26,6 +26,9 @@ typedef struct CoPathTable {
     size_t capacity;      // a power of two, or 0
     size_t count;
     CoPath root;
+    const struct CoMap *identity;       // made when first asked for
+    struct CoComposition *compositions; // of large maps: open addressing (map.c)
+    size_t composition_count, composition_capacity;
 } CoPathTable;
 
 void co_path_table_init(CoPathTable *table, CoArena *arena);

@@ -97,9 +97,10 @@ CoSite *co_site(CoComposer *c, CoStack *stack, const CoPath *path)
     site->stack = stack;
     site->path = path;
     find_specs(c, site);
-    for (size_t i = 0; i < stack->relocate_count; i++)
-        if (stack->relocates[i].target == path)
-            site->flags |= CO_SITE_RELOCATED;
+    if (co_stack_move_to(stack, path))
+        site->flags |= CO_SITE_RELOCATED;
+    if (co_stack_move_from(stack, path))
+        site->flags |= CO_SITE_MOVED_AWAY;
     // Finding the parent may have moved the table.
     if (2 * c->site_count >= c->site_capacity)
         grow_cache(c);

@@ -16,7 +16,8 @@ enum {
     CO_SITE_VARIANT_SETS = 16,
     CO_SITE_SELECTIONS = 32,
     CO_SITE_RELOCATED = 64, // the target of a relocate of its stack
-    CO_SITE_INSTANCEABLE = 128
+    CO_SITE_INSTANCEABLE = 128,
+    CO_SITE_MOVED_AWAY = 256 // the source of a relocate of its stack
 };
 
 typedef struct CoSiteSpec {
@@ -54,6 +55,8 @@ struct CoSite {
     uint32_t spec_count;
     uint32_t flags;
     const CoSiteArcs *arcs; // NULL until asked for
+    const CoMap *moves;     // what the stack's relocates move at or below it; NULL until asked for
+    struct CoArcMap *maps;  // of its arcs, where there are moves (prim_index.c)
 };
 
 CoSite *co_site(CoComposer *c, CoStack *stack, const CoPath *path);

@@ -9,6 +9,7 @@
 
 #include "base/hash.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 // ---- Opinions
@@ -222,39 +223,44 @@ static bool add_name(CoNameSet *set, const char *name)
     return true;
 }
 
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(((const CoListItem *)a)->a, ((const CoListItem *)b)->a);
+}
+
 // Edits the names so far as one site's relocates say: children moved away go, renamed ones are
 // renamed in place, and those moved here are added in the order of their names.
 static void relocate_names(CoComposer *c, CoList *names, CoNameSet *set, const CoSite *site)
 {
-    CoList added = {.is_scratch = true};
-    for (size_t i = 0; i < site->stack->relocate_count; i++) {
-        const CoMove *move = &site->stack->relocates[i];
-        bool from_here = move->source->parent == site->path;
-        bool to_here = move->target && move->target->parent == site->path;
-        for (size_t j = 0; from_here && j < names->count; j++) {
-            if (names->items[j].a != move->source->name)
+    const CoStack *stack = site->stack;
+    const CoMovesAt *here = co_stack_moves_at(stack, site->path);
+    if (!here)
+        return;
+    size_t kept = 0;
+    for (size_t i = 0; i < names->count; i++) {
+        CoListItem item = names->items[i];
+        const CoPath *path = co_path_find_child(&c->paths, site->path, item.a);
+        const CoMove *move = path ? co_stack_move_from(stack, path) : NULL;
+        if (move) {
+            remove_name(set, item.a);
+            bool stays = move->target && move->target->parent == site->path;
+            if (!stays || !add_name(set, move->target->name))
                 continue;
-            remove_name(set, move->source->name);
-            if (to_here && add_name(set, move->target->name)) {
-                names->items[j].a = move->target->name;
-            } else {
-                names->count--;
-                memmove(names->items + j, names->items + j + 1,
-                        (names->count - j) * sizeof *names->items);
-            }
-            break;
+            item.a = move->target->name;
         }
-        if (to_here && !from_here && add_name(set, move->target->name))
-            co_list_push(c, &added, (CoListItem){.a = move->target->name});
+        names->items[kept++] = item;
     }
-    for (size_t i = 1; i < added.count; i++)
-        for (size_t j = i; j > 0 && strcmp(added.items[j].a, added.items[j - 1].a) < 0; j--) {
-            CoListItem swap = added.items[j];
-            added.items[j] = added.items[j - 1];
-            added.items[j - 1] = swap;
-        }
-    for (size_t i = 0; i < added.count; i++)
-        co_list_push(c, names, added.items[i]);
+    names->count = kept;
+    size_t added = 0, number = here->first[CO_MOVES_TO_CHILDREN];
+    for (; number; number = stack->relocates[number - 1].next[CO_MOVES_TO_CHILDREN]) {
+        const CoMove *move = &stack->relocates[number - 1];
+        if (move->source->parent == site->path || !add_name(set, move->target->name))
+            continue;
+        co_list_push(c, names, (CoListItem){.a = move->target->name});
+        added++;
+    }
+    if (added)
+        qsort(names->items + kept, added, sizeof *names->items, compare_names);
 }
 
 static void reorder_names(CoComposer *c, CoList *names, const CoSpec *spec)
@@ -286,7 +292,10 @@ static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *
     size_t most = 1;
     for (uint32_t i = 0; i < ordered->count; i++) {
         const CoSite *site = graph->nodes[ordered->nodes[i]].site;
-        most += site->stack->relocate_count;
+        const CoMovesAt *moves = co_stack_moves_at(site->stack, site->path);
+        for (uint32_t j = moves ? moves->first[CO_MOVES_TO_CHILDREN] : 0; j;
+             j = site->stack->relocates[j - 1].next[CO_MOVES_TO_CHILDREN])
+            most++;
         for (uint32_t j = 0; j < site->spec_count; j++)
             most += co_spec_contents(site->specs[j].spec)->child_count;
     }

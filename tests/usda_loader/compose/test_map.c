@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -104,6 +105,46 @@ static void implied_pairs_are_dropped(void **state)
                              co_map_pairs(&table, renames, 2)));
 }
 
+// Maps of many pairs are looked up by hash: they answer as small ones do.
+static void many_pairs_answer_as_few(void **state)
+{
+    (void)state;
+    enum {
+        PAIRS = 60
+    };
+    CoMapPair pairs[PAIRS + 3];
+    char text[64];
+    for (int i = 0; i < PAIRS; i++) {
+        snprintf(text, sizeof text, "/Model/p%d", i);
+        pairs[i].source = path(text);
+        snprintf(text, sizeof text, "/World/Moved/q%d", i);
+        pairs[i].target = i % 10 == 9 ? NULL : path(text);
+    }
+    pairs[PAIRS] = (CoMapPair){path("/Model"), path("/World")};
+    pairs[PAIRS + 1] = pairs[0];                                        // said twice
+    pairs[PAIRS + 2] = (CoMapPair){path("/Model/x"), path("/World/x")}; // implied
+    const CoMap *map = co_map_pairs(&table, pairs, PAIRS + 3);
+    assert_int_equal(map->count, PAIRS + 1);
+    assert_ptr_equal(co_map_to_target(&table, map, path("/Model/p7/a")), path("/World/Moved/q7/a"));
+    assert_null(co_map_to_target(&table, map, path("/Model/p9/a")));
+    assert_ptr_equal(co_map_to_target(&table, map, path("/Model/x/y")), path("/World/x/y"));
+    assert_ptr_equal(co_map_to_source(&table, map, path("/World/Moved/q7")), path("/Model/p7"));
+    assert_null(co_map_to_source(&table, map, path("/World/p7")));
+    assert_null(co_map_to_target(&table, map, path("/Other")));
+    const CoMap *outer = co_map_pair(&table, path("/World"), path("/Set/W"), false, 3, 2);
+    const CoMap *both = co_map_compose_exactly(&table, outer, map);
+    assert_ptr_equal(co_map_to_target(&table, both, path("/Model/p8")), path("/Set/W/Moved/q8"));
+    assert_null(co_map_to_target(&table, both, path("/Model/p9")));
+    assert_ptr_equal(co_map_compose_exactly(&table, outer, map), both);
+    assert_true(co_map_equal(co_map_compose(&table, outer, map), both));
+    assert_false(co_map_equal(map, both));
+    const CoMap *back = co_map_inverse(&table, both);
+    assert_ptr_equal(co_map_to_target(&table, back, path("/Set/W/Moved/q8")), path("/Model/p8"));
+    const CoMap *rooted = co_map_with_root(&table, both);
+    assert_ptr_equal(co_map_to_target(&table, rooted, path("/Other")), path("/Other"));
+    assert_ptr_equal(co_map_with_root(&table, rooted), rooted);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -112,6 +153,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(maps_compose_and_invert, begin, end),
         cmocka_unit_test_setup_teardown(what_a_pair_claims_stays_cut_off, begin, end),
         cmocka_unit_test_setup_teardown(implied_pairs_are_dropped, begin, end),
+        cmocka_unit_test_setup_teardown(many_pairs_answer_as_few, begin, end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
