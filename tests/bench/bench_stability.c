@@ -3,8 +3,9 @@
 // random triangles against a brute-force search in double.
 //
 // Not a test: prints tables for docs/stability.md.
-// Usage: bench_stability [--rays N] [--embree-rays N] [--case NAME]
-//   N: rays of each case (10 million; Embree 1 million)
+// Usage: bench_stability [--rays N] [--embree-rays N] [--case NAME] [--first-block N]
+//   --rays: of each case (10 million; Embree 1 million)
+//   --first-block: rays come in blocks of 16,384, numbered; other blocks are other rays
 //
 // Leak: a ray that starts inside a closed mesh and meets nothing. False hit: the ray's line passes
 // the triangle it is said to meet by more than 4 units in the last place of the largest coordinate
@@ -67,6 +68,7 @@ typedef struct Run {
     const Case *it;
     const TestMesh *mesh;
     CoVec3 center;
+    uint64_t first_block; // rays of a block depend on its number alone
     TestScene *scene;
     const CoAccelKernels *kernels;
 #ifdef BENCH_EMBREE
@@ -169,7 +171,7 @@ static void aim_at_mesh(const Run *run, Random *random, CoVec3 *org, CoVec3 *dir
 
 static void make_rays(const Run *run, CoRayBatch *rays, uint64_t first)
 {
-    Random random = {first << 8};
+    Random random = {first << 24}; // no two blocks share a number
     for (size_t i = 0; i < BLOCK; i++) {
         CoVec3 org, dir = co_vec3_splat(0.0f);
         // A direction may round to nothing among denormals: no ray.
@@ -280,7 +282,7 @@ static void run_blocks(void *context, size_t begin, size_t end, uint32_t worker)
         *hits = hits_alloc(BLOCK);
     }
     for (size_t block = begin; block < end; block++) {
-        make_rays(run, rays, block);
+        make_rays(run, rays, run->first_block + block);
         trace(run, rays, hits);
         for (size_t i = 0; i < BLOCK; i++) {
             if (hits->tri[i] == COHORT_INVALID_ID) {
@@ -322,7 +324,7 @@ static void print_score(const char *name, const char *who, Score score)
     fflush(stdout);
 }
 
-static bool run_case(const Case *it, uint64_t rays, uint64_t embree_rays)
+static bool run_case(const Case *it, uint64_t first_block, uint64_t rays, uint64_t embree_rays)
 {
     static Run run;
     TestMesh mesh = case_mesh(it);
@@ -333,6 +335,7 @@ static bool run_case(const Case *it, uint64_t rays, uint64_t embree_rays)
     run.it = it;
     run.mesh = &mesh;
     run.center = case_center(it);
+    run.first_block = first_block;
     run.scene = &scene;
     run.kernels = co_accel_kernels(NULL);
     Score own = run_rays(&run, rays);
@@ -443,14 +446,17 @@ int main(int argc, char **argv)
     const struct option options[] = {{"rays", required_argument, NULL, 'r'},
                                      {"embree-rays", required_argument, NULL, 'e'},
                                      {"case", required_argument, NULL, 'c'},
+                                     {"first-block", required_argument, NULL, 'f'},
                                      {NULL, 0, NULL, 0}};
-    uint64_t rays = 10000000, embree_rays = 1000000;
+    uint64_t rays = 10000000, embree_rays = 1000000, first_block = 0;
     const char *only = NULL;
     for (int c; (c = getopt_long(argc, argv, "", options, NULL)) != -1;) {
         if (c == 'r')
             rays = strtoull(optarg, NULL, 10);
         else if (c == 'e')
             embree_rays = strtoull(optarg, NULL, 10);
+        else if (c == 'f')
+            first_block = strtoull(optarg, NULL, 10);
         else if (c == 'c')
             only = optarg;
         else
@@ -461,7 +467,7 @@ int main(int argc, char **argv)
         "| case | who | rays | leaks | false hits | farthest, ulps |\n|---|---|---|---|---|---|\n");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         if (is_named(cases[i].name, only))
-            is_clean &= run_case(&cases[i], rays, embree_rays);
+            is_clean &= run_case(&cases[i], first_block, rays, embree_rays);
     if (is_named("hashes", only))
         is_clean &= run_hashes(rays / 10);
     return is_clean ? 0 : 1;

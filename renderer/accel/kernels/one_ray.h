@@ -21,6 +21,9 @@
 // coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
 #define CO_TRANSFORM_SLACK 0x1p-18f
 
+// Of every padding: among denormals rounding is no longer relative.
+#define CO_LEAST_SLACK 0x1p-145f
+
 typedef struct Ray {
     CoFour org, dir, inv;   // inv = 1 / dir, finite and never 0
     CoFour near_c, far_c;   // of a node's slabs
@@ -155,12 +158,12 @@ static inline bool ray_prepare(Ray *ray, const CoBox *box, float relative)
     for (int k = 0; k < 3; k++) // NaN
         is_fit = is_fit && org[k] == org[k] && dir[k] == dir[k];
     distance = float_min(distance, 3e38f);
-    ray->pad = distance * (0x1p-20f + relative) + largest_org * relative;
+    ray->pad = (distance * (0x1p-20f + relative) + largest_org * relative) + CO_LEAST_SLACK;
     CoFour tiny = co_four_set1(largest_dir * 1e-18f);
     CoFour d = co_four_select(abs_dir < tiny, co_four_copysign(tiny, dir), dir);
     CoFour inv = co_four_set1(1.0f) / d;
     reach = size + distance;
-    CoFour shift = (size * 0x1p-23f + ray->pad) + reach * 0x1p-21f;
+    CoFour shift = (size * 0x1p-23f + (ray->pad + CO_LEAST_SLACK)) + reach * 0x1p-21f;
     shift = co_four_copysign(shift, d);
     CoFourBits is_safe = reach * co_four_abs(inv) < co_four_set1(0x1p125f);
     CoFourBits is_negative = d < zero;

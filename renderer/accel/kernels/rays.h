@@ -140,7 +140,9 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
         distance = co_lane_min(distance, co_lane_set1(3e38f));
         CoLane pad = co_lane_add(co_lane_mul(distance, base), co_lane_mul(largest_org, from_org));
         CoLane tiny = co_lane_mul(largest_dir, co_lane_set1(1e-18f));
+        pad = co_lane_add(pad, co_lane_set1(CO_LEAST_SLACK));
         co_lane_store(rays->pad + j, pad);
+        pad = co_lane_add(pad, co_lane_set1(CO_LEAST_SLACK)); // nodes round once more
         uint32_t huge = 0;
         for (int k = 0; k < 3; k++) {
             CoLaneMask is_tiny = co_lane_lt(co_lane_abs(dir[k]), tiny);
