@@ -4,14 +4,14 @@
 //
 // Not a test: prints tables for docs/stability.md.
 // Usage: bench_stability [--rays N] [--embree-rays N] [--case NAME] [--first-block N]
-//   --rays: of each case (10 million; Embree 1 million)
+//   --rays: of each case (10 million; Embree 1 million); soups and hashes: a tenth
 //   --first-block: rays come in blocks of 16,384, numbered; other blocks are other rays
 //
 // Leak: a ray that starts inside a closed mesh and meets nothing. False hit: the ray's line passes
 // the triangle it is said to meet by more than 4 units in the last place of the largest coordinate
 // of the triangle as seen from the ray's origin, in double.
 
-#include "../accel/accel_scene.h"
+#include "../accel/exact.h"
 #include "base/parallel.h"
 
 #include <getopt.h>
@@ -25,7 +25,9 @@
 
 enum {
     BLOCK = 1 << 14, // rays made, traced and judged at a time
-    WORKERS_MAX = 64
+    WORKERS_MAX = 64,
+    TREES = 2, // over the same triangles
+    HASH_COLUMNS = 2 * TEST_ISA_COUNT * TREES
 };
 
 #define FALSE_HIT_ULPS 4.0
@@ -185,48 +187,6 @@ static void make_rays(const Run *run, CoRayBatch *rays, uint64_t first)
     }
 }
 
-// Distance from the origin to a segment of the plane.
-static double segment_distance(const double a[2], const double b[2])
-{
-    double d[2] = {b[0] - a[0], b[1] - a[1]}, square = d[0] * d[0] + d[1] * d[1];
-    double s = square > 0.0 ? -(a[0] * d[0] + a[1] * d[1]) / square : 0.0;
-    s = fmin(fmax(s, 0.0), 1.0);
-    return hypot(a[0] + s * d[0], a[1] + s * d[1]);
-}
-
-// By how many units in the last place the ray's line passes a triangle.
-static double miss_ulps(const TestMesh *mesh, uint32_t tri, const CoRayBatch *rays, size_t i)
-{
-    double dir[3] = {(double)rays->dir_x[i], (double)rays->dir_y[i], (double)rays->dir_z[i]};
-    double org[3] = {(double)rays->org_x[i], (double)rays->org_y[i], (double)rays->org_z[i]};
-    double largest = 0.0, scale = 0.0, p[3][3], flat[3][2], edge[3];
-    for (int k = 0; k < 3; k++)
-        scale = fmax(scale, fabs(dir[k]));
-    int z = fabs(dir[0]) == scale   ? 0
-            : fabs(dir[1]) == scale ? 1
-                                    : 2,
-        x = (z + 1) % 3, y = (z + 2) % 3;
-    for (int c = 0; c < 3; c++) {
-        const float *point = mesh->points + 3 * (size_t)mesh->indices[3 * (size_t)tri + (size_t)c];
-        for (int k = 0; k < 3; k++) {
-            p[c][k] = (double)point[k] - org[k];
-            largest = fmax(largest, fabs(p[c][k]));
-        }
-        flat[c][0] = p[c][x] - dir[x] / dir[z] * p[c][z];
-        flat[c][1] = p[c][y] - dir[y] / dir[z] * p[c][z];
-    }
-    double distance = INFINITY;
-    for (int c = 0; c < 3; c++) {
-        const double *a = flat[c], *b = flat[(c + 1) % 3];
-        edge[c] = a[0] * b[1] - a[1] * b[0];
-        distance = fmin(distance, segment_distance(a, b));
-    }
-    bool is_inside = (edge[0] >= 0 && edge[1] >= 0 && edge[2] >= 0) ||
-                     (edge[0] <= 0 && edge[1] <= 0 && edge[2] <= 0);
-    double ulp = fmax(ldexp(1.0, ilogb(largest) - 23), 0x1p-149);
-    return is_inside && edge[0] + edge[1] + edge[2] != 0.0 ? 0.0 : distance / ulp;
-}
-
 #ifdef BENCH_EMBREE
 static RTCScene embree_scene(const TestMesh *mesh)
 {
@@ -354,6 +314,61 @@ static bool run_case(const Case *it, uint64_t first_block, uint64_t rays, uint64
     return own.leaks == 0 && own.false_hits == 0;
 }
 
+// ---- Random triangles
+// ------------------------------------------------------------------------------
+
+// Soups of 48 triangles, one per block of rays, each hit judged against all of them in double.
+static void run_soups(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Run *run = context;
+    Score *score = &run->scores[worker];
+    CoRayBatch rays = rays_alloc(BLOCK);
+    CoHitBatch hits = hits_alloc(BLOCK);
+    CoTraverseStats stats = {0};
+    for (size_t block = begin; block < end; block++) {
+        Random random = {(run->first_block + block) << 24};
+        TestMesh soup = mesh_soup(48, block % 2 ? 0.1f : 1.0f, random.state);
+        TestScene scene = {0};
+        CoInstance instance = place(scene_add_mesh(&scene, &soup), co_mat4d_identity());
+        scene_add_group(&scene, &instance, 1);
+        for (size_t i = 0; i < BLOCK; i++) {
+            CoVec3 org = random_vec3(&random, -2.0f, 2.0f);
+            ray_set(&rays, i, org, co_sub(random_vec3(&random, -1.0f, 1.0f), org));
+        }
+        run->kernels->traverse(&scene.scene, &rays, NULL, &hits, 0, BLOCK, block % 3, &stats);
+        for (size_t i = 0; i < BLOCK; i++) {
+            ExactVerdict verdict = exact_judge(&soup, &rays, &hits, i);
+            score->leaks += !verdict.is_nearest;
+            score->false_hits += verdict.miss_ulps > FALSE_HIT_ULPS;
+            score->worst_ulps = fmax(score->worst_ulps, verdict.t_ulps);
+        }
+        score->rays += BLOCK;
+        scene_clear(&scene);
+        mesh_free(&soup);
+    }
+    rays_free(&rays);
+    hits_free(&hits);
+}
+
+// Here a leak is a hit that is not the nearest, and what is farthest is the distance from the
+// plane.
+static bool run_soup_case(uint64_t first_block, uint64_t rays)
+{
+    static Run run;
+    run.first_block = first_block;
+    run.kernels = co_accel_kernels(NULL);
+    Score sum = {0};
+    co_parallel_for((size_t)((rays + BLOCK - 1) / BLOCK), 1, run_soups, &run);
+    for (uint32_t i = 0; i < WORKERS_MAX; i++) {
+        sum.rays += run.scores[i].rays;
+        sum.leaks += run.scores[i].leaks;
+        sum.false_hits += run.scores[i].false_hits;
+        sum.worst_ulps = fmax(sum.worst_ulps, run.scores[i].worst_ulps);
+    }
+    print_score("soups", run.kernels->isa, sum);
+    return sum.leaks == 0 && sum.false_hits == 0;
+}
+
 // ---- Hits as hashes
 // ------------------------------------------------------------------------------
 
@@ -399,40 +414,93 @@ static TestMesh mesh_slivers_and_quads(void)
     return m;
 }
 
-// The same rays through every kernel, grouped and single. Prints one row each; false when hashes
-// differ.
-static bool run_hashes(uint64_t count)
+// Other trees over the same triangles: points strewn among them as triangles without area, which
+// are never hit, move every split.
+static TestMesh mesh_strewn(const TestMesh *mesh, uint32_t strewn, uint64_t seed)
 {
-    TestMesh mesh = mesh_slivers_and_quads();
-    TestScene scene = {0};
-    CoInstance instance = place(scene_add_mesh(&scene, &mesh), co_mat4d_identity());
-    scene_add_group(&scene, &instance, 1);
+    Random random = {seed};
+    uint32_t points = mesh->mesh.point_count, tris = mesh->mesh.tri_count;
+    TestMesh m = mesh_alloc(points, tris + strewn);
+    memcpy(m.points, mesh->points, 3 * sizeof(float) * points);
+    memcpy(m.indices, mesh->indices, 3 * sizeof(uint32_t) * tris);
+    for (uint32_t i = tris; i < tris + strewn; i++) {
+        uint32_t point = random_bits(&random) % SLIVERS;
+        for (uint32_t c = 0; c < 3; c++)
+            m.indices[3 * (size_t)i + c] = point;
+    }
+    mesh_box(&m);
+    return m;
+}
+
+typedef struct HashRun {
+    TestMesh mesh;
+    TestScene scenes[TREES];
+    CoInstance instances[TREES];
+    uint64_t first_block;
+    uint64_t sums[WORKERS_MAX][HASH_COLUMNS]; // of the blocks' hashes: any order gives the same
+} HashRun;
+
+static void hash_blocks(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    HashRun *run = context;
     CoHitBatch hits = hits_alloc(BLOCK);
-    uint64_t hashes[2 * TEST_ISA_COUNT] = {0}, blocks = (count + BLOCK - 1) / BLOCK;
-    bool is_same = true;
-    for (uint64_t block = 0; block < blocks; block++) {
-        CoRayBatch rays = rays_along_slivers(&mesh, SLIVERS, BLOCK, block << 20);
-        for (int k = 0; k < 2 * TEST_ISA_COUNT; k++) {
-            const CoAccelKernels *kernels = co_accel_kernels(test_isas[k / 2]);
+    for (size_t block = begin; block < end; block++) {
+        uint64_t number = run->first_block + block;
+        CoRayBatch rays = rays_along_slivers(&run->mesh, SLIVERS, BLOCK, number << 20);
+        for (int k = 0; k < HASH_COLUMNS; k++) {
+            const CoAccelKernels *kernels = co_accel_kernels(test_isas[k / 2 % TEST_ISA_COUNT]);
+            const CoAccelScene *scene = &run->scenes[k / (2 * TEST_ISA_COUNT)].scene;
             CoTraverseStats stats = {0};
             if (!kernels)
                 continue;
-            kernels->traverse(&scene.scene, &rays, NULL, &hits, 0, BLOCK, k % 2, &stats);
-            hashes[k] = hash_hits(hashes[k], &hits);
+            kernels->traverse(scene, &rays, NULL, &hits, 0, BLOCK, k % 2, &stats);
+            run->sums[worker][k] += hash_hits(number, &hits);
         }
         rays_free(&rays);
     }
-    printf("\n| kernel | rays | hash of all hits |\n|---|---|---|\n");
-    for (int k = 0; k < 2 * TEST_ISA_COUNT; k++) {
-        if (!co_accel_kernels(test_isas[k / 2]))
-            continue;
-        printf("| %s, %s | %.3g | %016" PRIx64 " |\n", test_isas[k / 2],
-               k % 2 ? "groups" : "single", (double)(blocks * BLOCK), hashes[k]);
-        is_same = is_same && hashes[k] == hashes[0];
-    }
     hits_free(&hits);
-    scene_clear(&scene);
-    mesh_free(&mesh);
+}
+
+static bool print_hashes(const HashRun *run, uint64_t rays)
+{
+    bool is_same = true;
+    uint64_t first = 0;
+    printf("\n| kernel | tree | rays | hash of all hits |\n|---|---|---|---|\n");
+    for (int k = 0; k < HASH_COLUMNS; k++) {
+        uint64_t sum = 0;
+        for (int worker = 0; worker < WORKERS_MAX; worker++)
+            sum += run->sums[worker][k];
+        if (!co_accel_kernels(test_isas[k / 2 % TEST_ISA_COUNT]))
+            continue;
+        first = k ? first : sum;
+        is_same = is_same && sum == first;
+        printf("| %s, %s | %d | %.4g | %016" PRIx64 " |\n", test_isas[k / 2 % TEST_ISA_COUNT],
+               k % 2 ? "groups" : "single", 1 + k / (2 * TEST_ISA_COUNT), (double)rays, sum);
+    }
+    return is_same;
+}
+
+// The same rays through every kernel and tree, grouped and single. Prints one row each; false when
+// hashes differ.
+static bool run_hashes(uint64_t first_block, uint64_t count)
+{
+    static HashRun run;
+    TestMesh strewn[TREES];
+    run.mesh = mesh_slivers_and_quads();
+    run.first_block = first_block;
+    for (uint32_t i = 0; i < TREES; i++) {
+        strewn[i] = mesh_strewn(&run.mesh, 900 * i, i);
+        run.instances[i] = place(scene_add_mesh(&run.scenes[i], &strewn[i]), co_mat4d_identity());
+        scene_add_group(&run.scenes[i], &run.instances[i], 1);
+    }
+    uint64_t blocks = (count + BLOCK - 1) / BLOCK;
+    co_parallel_for((size_t)blocks, 1, hash_blocks, &run);
+    bool is_same = print_hashes(&run, blocks * BLOCK);
+    for (uint32_t i = 0; i < TREES; i++) {
+        scene_clear(&run.scenes[i]);
+        mesh_free(&strewn[i]);
+    }
+    mesh_free(&run.mesh);
     return is_same;
 }
 
@@ -468,7 +536,9 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         if (is_named(cases[i].name, only))
             is_clean &= run_case(&cases[i], first_block, rays, embree_rays);
+    if (is_named("soups", only))
+        is_clean &= run_soup_case(first_block, rays / 10);
     if (is_named("hashes", only))
-        is_clean &= run_hashes(rays / 10);
+        is_clean &= run_hashes(first_block, rays / 10);
     return is_clean ? 0 : 1;
 }
