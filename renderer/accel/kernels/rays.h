@@ -4,7 +4,7 @@
 #ifndef CO_ACCEL_KERNELS_RAYS_H
 #define CO_ACCEL_KERNELS_RAYS_H
 
-#include "accel/kernels/one_ray.h"
+#include "accel/kernels/triangle.h"
 
 enum {
     CO_GROUP_RAYS = 64,
@@ -180,6 +180,14 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
         out->near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
     out->slot = rays->slot[j];
     out->is_huge = rays->huge >> j & 1u;
+}
+
+// Ray j as the triangle test needs it.
+static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
+{
+    uint32_t z = rays->major[j], x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    *out = (Shear){x, y, z, {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
+                   rays->shear_x[j], rays->shear_y[j], rays->inv[z][j]};
 }
 
 // What became of it.

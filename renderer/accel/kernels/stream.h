@@ -13,12 +13,6 @@
 
 #define WIDE_MASK ((uint64_t)(CO_WIDE_WIDTH == 64 ? ~0ull : (1ull << CO_WIDE_WIDTH) - 1u))
 
-// What became of a node: who enters each child, and where.
-typedef struct StreamNode {
-    uint64_t active[CO_NODE_WIDTH];
-    _Alignas(64) float entry[CO_NODE_WIDTH][CO_GROUP_RAYS]; // of rays that enter
-} StreamNode;
-
 // Rows of CoWideNode.planes that rays enter by, all of them having the same signs.
 typedef struct StreamRows {
     uint32_t near[3];
@@ -50,31 +44,150 @@ static inline bool next_vector(uint64_t active, uint32_t *first)
     return true;
 }
 
+// Bounds of rays with the same signs, for what has to be asked once for all of them: by row of
+// CoWideNode.planes, least and most of 1 / dir and those times the outermost origin.
+typedef struct Beam {
+    float inv[2][3];               // least and most
+    float near_c[2][3], far_c[2][3];
+    float from, to;
+    bool is_safe; // nothing overflows
+} Beam;
+
+static inline float least_of(CoWide a)
+{
+    float lanes[CO_WIDE_WIDTH], least;
+    co_wide_store(lanes, a);
+    least = lanes[0];
+    for (int i = 1; i < CO_WIDE_WIDTH; i++)
+        least = float_min(lanes[i], least);
+    return least;
+}
+
+static inline float most_of(CoWide a)
+{
+    return -least_of(co_wide_sub(co_wide_set1(0.0f), a));
+}
+
+// Of all rays whose direction has the signs of ray j's. A ray's own slabs are shifted by at most 1.5
+// of its padding and 5/8 of what is taken of its origin here; the rest covers the roundings of
+// beam_node, which are 3 units of the largest origin and distance.
+static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
+{
+    const CoWide zero = co_wide_set1(0.0f);
+    CoWide low[3], high[3], least[3], most[3], shift = zero;
+    CoWide from = co_wide_set1(INFINITE), to = co_wide_set1(-INFINITE);
+    CoWide sign[3];
+    for (int k = 0; k < 3; k++) {
+        sign[k] = co_wide_set1(rays->negative[k] >> j & 1u ? -1.0f : 1.0f);
+        low[k] = least[k] = co_wide_set1(INFINITE);
+        high[k] = most[k] = co_wide_set1(-INFINITE);
+    }
+    for (uint32_t i = 0; i < rays->count; i += CO_WIDE_WIDTH) {
+        CoWide inv[3];
+        for (int k = 0; k < 3; k++)
+            inv[k] = co_wide_load(rays->inv[k] + i);
+        CoWideMask is_in = co_wide_lt(zero, co_wide_mul(inv[0], sign[0]));
+        is_in = co_wide_and(is_in, co_wide_lt(zero, co_wide_mul(inv[1], sign[1])));
+        is_in = co_wide_and(is_in, co_wide_lt(zero, co_wide_mul(inv[2], sign[2])));
+        CoWide pad = co_wide_load(rays->pad + i);
+        pad = co_wide_add(pad, pad);
+        for (int k = 0; k < 3; k++) {
+            CoWide org = co_wide_load(rays->org[k] + i);
+            CoWide own = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-20f));
+            shift = co_wide_max(co_wide_select(is_in, co_wide_add(pad, own), zero), shift);
+            low[k] = co_wide_select(is_in, co_wide_min(org, low[k]), low[k]);
+            high[k] = co_wide_select(is_in, co_wide_max(org, high[k]), high[k]);
+            least[k] = co_wide_select(is_in, co_wide_min(inv[k], least[k]), least[k]);
+            most[k] = co_wide_select(is_in, co_wide_max(inv[k], most[k]), most[k]);
+        }
+        from = co_wide_select(is_in, co_wide_min(co_wide_load(rays->from + i), from), from);
+        to = co_wide_select(is_in, co_wide_max(co_wide_load(rays->to + i), to), to);
+    }
+    float margin = 2.0f * most_of(shift);
+    beam->from = least_of(from);
+    beam->to = most_of(to);
+    beam->is_safe = true;
+    for (int k = 0; k < 3; k++) {
+        float lo = least_of(low[k]) - margin, hi = most_of(high[k]) + margin;
+        bool is_negative = rays->negative[k] >> j & 1u;
+        float near = is_negative ? lo : hi, far = is_negative ? hi : lo;
+        beam->inv[0][k] = least_of(least[k]);
+        beam->inv[1][k] = most_of(most[k]);
+        for (int m = 0; m < 2; m++) {
+            float reach = (__builtin_fabsf(lo) + __builtin_fabsf(hi)) * __builtin_fabsf(beam->inv[m][k]);
+            beam->is_safe = beam->is_safe && reach < 0x1p120f;
+            beam->near_c[m][k] = -near * beam->inv[m][k];
+            beam->far_c[m][k] = -far * beam->inv[m][k];
+        }
+    }
+}
+
+// One bit per child that a ray may enter, and where at the earliest.
+static inline uint32_t beam_node(const CoWideNode *node, const Beam *beam, const StreamRows *rows,
+                                 float entry[CO_NODE_WIDTH])
+{
+    uint32_t bits = 0;
+    for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
+        CoLane near = co_lane_set1(beam->from), far = co_lane_set1(beam->to);
+        for (int k = 0; k < 3; k++) {
+            CoLane near_plane = co_lane_load(node->planes[rows->near[k]] + i);
+            CoLane far_plane = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
+            CoLane least = co_lane_set1(beam->inv[0][k]), most = co_lane_set1(beam->inv[1][k]);
+            near = co_lane_max(co_lane_min(co_lane_muladd(near_plane, least,
+                                                          co_lane_set1(beam->near_c[0][k])),
+                                           co_lane_muladd(near_plane, most,
+                                                          co_lane_set1(beam->near_c[1][k]))),
+                               near);
+            far = co_lane_min(co_lane_max(co_lane_muladd(far_plane, least,
+                                                         co_lane_set1(beam->far_c[0][k])),
+                                          co_lane_muladd(far_plane, most,
+                                                         co_lane_set1(beam->far_c[1][k]))),
+                              far);
+        }
+        co_lane_store(entry + i, near);
+        bits |= co_lane_bits(co_lane_le(near, far)) << i;
+    }
+    return beam->is_safe ? bits : present_children(node);
+}
+
+// What became of a node: who enters each child, and where the first of them does.
+typedef struct StreamNode {
+    uint64_t active[CO_NODE_WIDTH];
+    float entry[CO_NODE_WIDTH];
+    uint32_t bits; // children that any ray enters
+} StreamNode;
+
+// Few rays, each against all children.
 static inline void stream_node(const CoWideNode *node, const Rays *rays, const StreamRows *rows,
                                uint64_t active, StreamNode *out)
 {
     for (int i = 0; i < CO_NODE_WIDTH; i++)
         out->active[i] = 0;
-    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
-        CoWide inv[3], near_c[3], far_c[3];
-        CoWide from = co_wide_load(rays->from + j), to = co_wide_load(rays->to + j);
+    out->bits = 0;
+    for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
+        CoLane near_plane[3], far_plane[3], first = co_lane_set1(INFINITE);
         for (int k = 0; k < 3; k++) {
-            inv[k] = co_wide_load(rays->inv[k] + j);
-            near_c[k] = co_wide_load(rays->near_c[k] + j);
-            far_c[k] = co_wide_load(rays->far_c[k] + j);
+            near_plane[k] = co_lane_load(node->planes[rows->near[k]] + i);
+            far_plane[k] = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
         }
-        for (int i = 0; i < CO_NODE_WIDTH; i++) {
-            CoWide near = from, far = to;
+        for (uint64_t left = active; left; left &= left - 1) {
+            uint32_t j = (uint32_t)__builtin_ctzll(left);
+            CoLane near = co_lane_set1(rays->from[j]), far = co_lane_set1(rays->to[j]);
             for (int k = 0; k < 3; k++) {
-                CoWide near_plane = co_wide_set1(node->planes[rows->near[k]][i]);
-                CoWide far_plane = co_wide_set1(node->planes[rows->near[k] ^ 1u][i]);
-                near = co_wide_max(co_wide_muladd(near_plane, inv[k], near_c[k]), near);
-                far = co_wide_min(co_wide_muladd(far_plane, inv[k], far_c[k]), far);
+                CoLane inv = co_lane_set1(rays->inv[k][j]);
+                near = co_lane_max(
+                    co_lane_muladd(near_plane[k], inv, co_lane_set1(rays->near_c[k][j])), near);
+                far = co_lane_min(
+                    co_lane_muladd(far_plane[k], inv, co_lane_set1(rays->far_c[k][j])), far);
             }
-            uint64_t bits = co_wide_bits(co_wide_le(near, far));
-            co_wide_store(out->entry[i] + j, near);
-            out->active[i] |= (bits << j) & active;
+            CoLaneMask enters = co_lane_le(near, far);
+            first = co_lane_select(enters, co_lane_min(near, first), first);
+            uint32_t bits = co_lane_bits(enters);
+            out->bits |= bits << i;
+            for (; bits; bits &= bits - 1)
+                out->active[i + __builtin_ctz(bits)] |= 1ull << j;
         }
+        co_lane_store(out->entry + i, first);
     }
 }
 

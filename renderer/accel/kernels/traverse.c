@@ -9,10 +9,10 @@
 #include "accel/kernels/traverse.h"
 #include "accel/kernels/stream.h"
 
-// Active rays up to which each goes on alone, and to a vector of a leaf, triangle by triangle.
 enum {
-    SINGLE_MOST = 3,
-    LEAF_SINGLE_MOST = 2
+    NARROW_MOST = 16,     // active rays up to which each is tested against all children at once
+    LEAF_SINGLE_MOST = 2, // to a vector of a leaf, up to which each is tested against all triangles
+    LATE_LEAVES = 2       // leaves asked for and not yet looked at
 };
 
 // Of a group, by slot.
@@ -83,6 +83,22 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
     return co_leaf_open(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT, *count);
 }
 
+// Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more.
+static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear,
+                                 uint32_t pierced, uint32_t path, LeafHits *hits)
+{
+    for (; pierced; pierced &= pierced - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(pierced);
+        if ((hits->unsure >> i & 1u) && !pierce_lane(leaf, shear, i, hits))
+            continue;
+        Hit hit = {hits->t[i], hits->u[i], hits->v[i], path, leaf->tri[i]};
+        if (clamp_hit(leaf, ray, i, &hit.t) &&
+            offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
+            return true;
+    }
+    return false;
+}
+
 // One ray against a leaf. Returns true when it needs no more.
 static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const CoBvh *bvh,
                                                  uint32_t ref, uint32_t path)
@@ -95,16 +111,7 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const C
     group->stats->triangles += count;
     shear_points(&leaf, &shear, CO_LEAF_WIDTH, &hits);
     uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
-    for (; pierced; pierced &= pierced - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(pierced);
-        if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, &shear, i, &hits))
-            continue;
-        Hit hit = {hits.t[i], hits.u[i], hits.v[i], path, leaf.tri[i]};
-        if (clamp_hit(&leaf, ray, i, &hit.t) &&
-            offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
-            return true;
-    }
-    return false;
+    return offer_pierced(group, ray, &leaf, &shear, pierced, path, &hits);
 }
 
 #include "accel/kernels/grid_blocks.h"
@@ -136,6 +143,25 @@ static void stream_leaf_vector(Group *group, Rays *rays, uint32_t j, uint32_t ac
     }
 }
 
+// Ray j alone against a leaf; the whole of it is looked at only if it hits.
+static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const CoTriLeaf *leaf,
+                                   uint32_t count, uint32_t path)
+{
+    LeafHits hits;
+    Shear shear;
+    Ray ray;
+    rays_shear(rays, j, &shear);
+    group->stats->triangles += count;
+    shear_points(leaf, &shear, CO_LEAF_WIDTH, &hits);
+    uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits);
+    if (!pierced)
+        return;
+    rays_single(rays, j, &ray);
+    if (offer_pierced(group, &ray, leaf, &shear, pierced, path, &hits))
+        rays->done |= 1ull << j;
+    rays->to[j] = ray.to;
+}
+
 static void stream_leaf(Group *group, Rays *rays, uint64_t active, const CoBvh *bvh, uint32_t ref,
                         uint32_t path)
 {
@@ -160,90 +186,154 @@ static void stream_leaf(Group *group, Rays *rays, uint64_t active, const CoBvh *
                 stream_leaf_vector(group, rays, j, bits, axis, &leaf, count, path);
                 continue;
             }
-            for (; bits; bits &= bits - 1) {
-                uint32_t at = j + (uint32_t)__builtin_ctz(bits);
-                rays_single(rays, at, &ray);
-                trace_leaf(group, &ray, bvh, ref, path);
-                rays_settle(rays, at, ray.to);
-            }
+            for (; bits; bits &= bits - 1)
+                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), &leaf, count, path);
         }
     }
 }
 
 #include "accel/kernels/single.h"
 
-// Rays `active` of a group go on alone, below `ref`.
-static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *walk, uint32_t ref)
+// Rays `active` of a group go through a tree alone.
+static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *walk)
 {
     for (; active; active &= active - 1) {
         uint32_t j = (uint32_t)__builtin_ctzll(active);
         Ray ray;
         rays_single(rays, j, &ray);
-        walk_single(group, &ray, walk, ref);
+        walk_single(group, &ray, walk, 0);
         rays_settle(rays, j, ray.to);
     }
 }
 
-static void trace_instance(Group *group, Rays *rays, uint64_t active, const Walk *walk,
-                           uint32_t index);
+static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
+                           const Walk *walk, uint32_t index);
 
 typedef struct StreamEntry {
-    uint64_t active; // rays that entered it
-    float entry;     // of one of them
+    uint64_t active; // rays that entered the child
+    float entry;     // of the first of them, at the earliest
     uint32_t node;
     uint32_t child; // of that node
     uint32_t hits;  // of the group when they did
 } StreamEntry;
 
+// A walk of rays whose directions have the same signs.
+typedef struct Stream {
+    Group *group;
+    Rays *rays;
+    const Walk *walk;
+    StreamRows rows;
+    uint32_t height, late_first, late_count;
+    StreamEntry late[LATE_LEAVES]; // a ring
+    StreamEntry stack[CO_STACK_SIZE];
+} Stream;
+
 // Pushes the children that are entered, the nearest last.
-static uint32_t push_children(const Group *group, const StreamNode *found, uint32_t node,
-                              StreamEntry *stack, uint32_t height)
+static inline void push_children(Stream *stream, uint32_t node, const StreamNode *found,
+                                 uint32_t hits)
 {
-    uint32_t base = height;
-    for (uint32_t i = 0; i < CO_NODE_WIDTH; i++) {
-        uint64_t active = found->active[i];
-        if (!active)
-            continue;
-        uint32_t at = height++;
-        float entry = found->entry[i][__builtin_ctzll(active)];
-        for (; at > base && stack[at - 1].entry < entry; at--)
+    StreamEntry *stack = stream->stack;
+    uint32_t base = stream->height, height = base;
+    for (uint32_t bits = found->bits; bits; bits &= bits - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(bits), at = height++;
+        for (; at > base && stack[at - 1].entry < found->entry[i]; at--)
             stack[at] = stack[at - 1];
-        stack[at] = (StreamEntry){active, entry, node, i, group->hits};
+        stack[at] = (StreamEntry){found->active[i], found->entry[i], node, i, hits};
     }
-    return height;
+    stream->height = height;
+}
+
+// Rays that still enter a child. Sets its reference.
+static inline uint64_t revisit(const Stream *stream, const StreamEntry *entry, uint32_t *ref)
+{
+    const CoWideNode *node = &stream->walk->tree->nodes[entry->node];
+    uint64_t active = entry->active & ~stream->rays->done;
+    *ref = node->child[entry->child];
+    if (active && entry->hits != stream->group->hits)
+        active = stream_child(node, entry->child, stream->rays, &stream->rows, active);
+    return active;
+}
+
+static inline void visit_late(Stream *stream)
+{
+    uint32_t ref, at = stream->late_first;
+    stream->late_first = (at + 1) % LATE_LEAVES;
+    stream->late_count--;
+    uint64_t active = revisit(stream, &stream->late[at], &ref);
+    if (active)
+        stream_leaf(stream->group, stream->rays, active, stream->walk->bvh, ref,
+                    stream->walk->path);
+}
+
+// Asks for a leaf and comes back to it when others have been asked for: by then it is there.
+static inline void defer_leaf(Stream *stream, const StreamEntry *entry, uint64_t active,
+                              uint32_t ref)
+{
+    const CoBvh *bvh = stream->walk->bvh;
+    const char *leaf = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
+    StreamEntry late = *entry;
+    late.active = active;
+    late.hits = stream->group->hits;
+    __builtin_prefetch(leaf);
+    __builtin_prefetch(leaf + 64);
+    __builtin_prefetch(leaf + 128);
+    if (stream->late_count == LATE_LEAVES)
+        visit_late(stream);
+    stream->late[(stream->late_first + stream->late_count++) % LATE_LEAVES] = late;
+}
+
+// A node's children are tested once for all rays while they are many, and then, when their turn
+// comes, ray by ray; for few rays at once.
+static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active, const Beam *beam)
+{
+    const CoWideNode *node = &stream->walk->tree->nodes[ref];
+    uint32_t most = (uint32_t)__builtin_popcountll(active), hits = stream->group->hits;
+    StreamNode found;
+    if (most > NARROW_MOST) {
+        hits = UINT32_MAX;
+        found.bits = beam_node(node, beam, &stream->rows, found.entry);
+        for (int i = 0; i < CO_NODE_WIDTH; i++)
+            found.active[i] = active;
+    } else {
+        stream_node(node, stream->rays, &stream->rows, active, &found);
+    }
+    if (stream->walk->bvh && (found.bits & (found.bits - 1)))
+        prefetch_children(stream->walk->bvh, node, found.bits);
+    push_children(stream, ref, &found, hits);
+    count_nodes(stream->group, stream->walk, 1, most);
 }
 
 // Rays `active`, whose directions have the same signs, through a tree.
 static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *walk)
 {
-    StreamEntry stack[CO_STACK_SIZE];
-    StreamNode found;
-    const CoWideNode *nodes = walk->tree->nodes;
-    const StreamRows rows = stream_rows(rays, (uint32_t)__builtin_ctzll(active));
-    uint32_t height = 0, ref = 0;
-    for (;;) {
-        uint32_t most = (uint32_t)__builtin_popcountll(active);
-        if (most <= SINGLE_MOST) {
-            walk_alone(group, rays, active, walk, ref);
-        } else if (!(ref & CO_REF_LEAF)) {
-            stream_node(&nodes[ref], rays, &rows, active, &found);
-            height = push_children(group, &found, ref, stack, height);
-            count_nodes(group, walk, 1, most);
-        } else if (walk->bvh) {
+    Stream stream;
+    Beam beam = {.is_safe = false};
+    const uint32_t any = (uint32_t)__builtin_ctzll(active);
+    stream.group = group;
+    stream.rays = rays;
+    stream.walk = walk;
+    stream.rows = stream_rows(rays, any);
+    stream.height = stream.late_first = stream.late_count = 0;
+    if (__builtin_popcountll(active) > NARROW_MOST)
+        beam_load(rays, any, &beam);
+    visit_node(&stream, 0, active, &beam);
+    while (stream.height > 0) {
+        uint32_t ref;
+        const StreamEntry *entry = &stream.stack[--stream.height];
+        active = revisit(&stream, entry, &ref);
+        if (!active)
+            continue;
+        if (!(ref & CO_REF_LEAF))
+            visit_node(&stream, ref, active, &beam);
+        else if (walk->bvh && __builtin_popcountll(active) > NARROW_MOST)
             stream_leaf(group, rays, active, walk->bvh, ref, walk->path);
-        } else {
-            trace_instance(group, rays, active, walk, ref & ~CO_REF_LEAF);
-        }
-        do {
-            if (height == 0)
-                return;
-            const StreamEntry *at = &stack[--height];
-            active = at->active & ~rays->done;
-            if (active && at->hits != group->hits)
-                active = stream_child(&nodes[at->node], at->child, rays, &rows, active);
-            ref = nodes[at->node].child[at->child];
-        } while (!active);
+        else if (walk->bvh)
+            defer_leaf(&stream, entry, active, ref);
+        else
+            trace_instance(group, rays, &stream.rows, active, walk, ref & ~CO_REF_LEAF);
     }
+    while (stream.late_count)
+        visit_late(&stream);
 }
 
 // All rays through an object in whose space they are.
@@ -252,51 +342,72 @@ static void trace_object(Group *group, Rays *rays, const CoObject *object, uint3
     const Walk walk = walk_of(object, path);
     rays_prepare(rays, &walk.tree->box, object->top ? CO_TRANSFORM_SLACK : 0.0f);
     uint64_t left = ~0ull >> (CO_GROUP_RAYS - rays->count);
-    uint64_t alone = left & rays->huge;
-    left &= ~alone;
+    walk_alone(group, rays, left & rays->huge, &walk);
+    left &= ~rays->huge;
     while (left) {
-        uint32_t j = (uint32_t)__builtin_ctzll(left);
-        uint64_t same = same_signs(rays, left, j);
+        uint64_t same = same_signs(rays, left, (uint32_t)__builtin_ctzll(left));
         left &= ~same;
-        if (__builtin_popcountll(same) <= SINGLE_MOST)
-            alone |= same;
-        else
-            walk_stream(group, rays, same, &walk);
+        walk_stream(group, rays, same, &walk);
     }
-    if (alone)
-        walk_alone(group, rays, alone, &walk, 0);
 }
 
-// Takes ray j to the end of `inner`, if it meets the box.
-static inline void take_inner(const Rays *rays, uint32_t j, const CoBox *box, Rays *inner)
+// Where rays enter and leave a box, as slab_box has it. Returns those that do.
+static inline uint32_t enter_box(const Rays *rays, const StreamRows *rows, uint32_t j,
+                                 const CoBox *box, CoWide *from, CoWide *to)
 {
-    float from = rays->entry[j], to = rays->exit[j];
-    for (int k = 0; k < 3; k++) {
-        float inv = rays->inv[k][j], org = rays->org[k][j];
-        float own = __builtin_fabsf(org) * 0x1p-23f;
-        float shift = __builtin_copysignf(own + rays->pad[j], rays->dir[k][j]);
-        float near = inv < 0.0f ? box->hi[k] : box->lo[k];
-        float far = inv < 0.0f ? box->lo[k] : box->hi[k];
-        from = float_max((near - (org + shift)) * inv, from);
-        to = float_min((far - (org - shift)) * inv, to);
+    const float *planes[2] = {box->lo, box->hi};
+    *from = co_wide_load(rays->entry + j);
+    *to = co_wide_load(rays->exit + j);
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t near_side = rows->near[k] & 1u;
+        CoWide org = co_wide_load(rays->org[k] + j), inv = co_wide_load(rays->inv[k] + j);
+        CoWide shift = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-23f));
+        shift = co_wide_add(shift, co_wide_load(rays->pad + j));
+        shift = co_wide_copysign(shift, inv);
+        CoWide near = co_wide_sub(co_wide_set1(planes[near_side][k]), co_wide_add(org, shift));
+        CoWide far = co_wide_sub(co_wide_set1(planes[near_side ^ 1u][k]), co_wide_sub(org, shift));
+        *from = co_wide_max(co_wide_mul(near, inv), *from);
+        *to = co_wide_min(co_wide_mul(far, inv), *to);
     }
-    uint32_t n = inner->count;
-    for (int k = 0; k < 3; k++) {
-        inner->org[k][n] = rays->org[k][j];
-        inner->dir[k][n] = rays->dir[k][j];
+    return co_wide_bits(co_wide_le(*from, *to));
+}
+
+// Takes those of the rays `active` that meet the box to the end of `inner`.
+static inline void take_inner(const Rays *rays, const StreamRows *rows, uint64_t active,
+                              const CoBox *box, Rays *inner)
+{
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
+        CoWide lane[10];
+        float fields[10][CO_WIDE_WIDTH];
+        uint32_t bits = enter_box(rays, rows, j, box, &lane[6], &lane[7]);
+        lane[8] = co_wide_max(co_wide_load(rays->from + j), lane[6]);
+        lane[9] = co_wide_min(co_wide_load(rays->to + j), lane[7]);
+        bits &= co_wide_bits(co_wide_le(lane[8], lane[9])) & (uint32_t)(active >> j);
+        bits &= (uint32_t)WIDE_MASK;
+        float *const to[10] = {inner->org[0], inner->org[1], inner->org[2], inner->dir[0],
+                               inner->dir[1], inner->dir[2], inner->entry,  inner->exit,
+                               inner->from,   inner->to};
+        for (int k = 0; k < 3; k++) {
+            lane[k] = co_wide_load(rays->org[k] + j);
+            lane[3 + k] = co_wide_load(rays->dir[k] + j);
+        }
+        uint32_t n = inner->count;
+        for (int f = 0; f < 10; f++)
+            co_wide_store(bits == WIDE_MASK ? to[f] + n : fields[f], lane[f]);
+        for (uint32_t left = bits; left; left &= left - 1, n++) {
+            uint32_t i = (uint32_t)__builtin_ctz(left);
+            inner->slot[n] = rays->slot[j + i];
+            inner->outer[n] = (uint8_t)(j + i);
+            for (int f = 0; f < 10 && bits != WIDE_MASK; f++)
+                to[f][n] = fields[f][i];
+        }
+        inner->count = n;
     }
-    inner->entry[n] = from;
-    inner->exit[n] = to;
-    inner->from[n] = float_max(rays->from[j], from);
-    inner->to[n] = float_min(rays->to[j], to);
-    inner->slot[n] = rays->slot[j];
-    inner->outer[n] = (uint8_t)j;
-    inner->count += from <= to && inner->from[n] <= inner->to[n];
 }
 
 // Rays `active` of a group's space through one of its instances.
-static void trace_instance(Group *group, Rays *rays, uint64_t active, const Walk *walk,
-                           uint32_t index)
+static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
+                           const Walk *walk, uint32_t index)
 {
     const CoTop *top = walk->object->top;
     const CoInstance *instance = &walk->object->instances[index];
@@ -305,8 +416,7 @@ static void trace_instance(Group *group, Rays *rays, uint64_t active, const Walk
         return;
     Rays inner;
     inner.count = 0;
-    for (; active; active &= active - 1)
-        take_inner(rays, (uint32_t)__builtin_ctzll(active), &top->boxes[index], &inner);
+    take_inner(rays, rows, active, &top->boxes[index], &inner);
     if (inner.count == 0)
         return;
     rays_pad(&inner);
