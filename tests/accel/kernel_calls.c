@@ -41,14 +41,19 @@ static void call_together(const CoWideNode *node, const Rays *rays, uint64_t sam
 {
     const StreamRows rows = stream_rows(rays, (uint32_t)__builtin_ctzll(same));
     StreamNode found;
+    Beam beam;
+    KernelNode all;
     stream_node(node, rays, &rows, same, &found);
+    beam_load(rays, (uint32_t)__builtin_ctzll(same), &beam);
+    all.bits = beam_node(node, &beam, &rows, all.entry);
     for (uint32_t i = 0; i < CO_NODE_WIDTH; i++) {
         uint64_t again = stream_child(node, i, rays, &rows, same);
         for (uint64_t left = same; left; left &= left - 1) {
             uint32_t j = (uint32_t)__builtin_ctzll(left);
             KernelAnswer *answer = &out[rays->slot[j]];
             answer->together.bits |= (uint32_t)(found.active[i] >> j & 1u) << i;
-            answer->together.entry[i] = found.entry[i][j];
+            answer->together.entry[i] = found.entry[i]; // of the first ray
+            answer->beam = all;
             answer->again |= (uint32_t)(again >> j & 1u) << i;
         }
     }

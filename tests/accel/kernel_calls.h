@@ -15,7 +15,7 @@ typedef struct KernelRay {
     float from, to;
 } KernelRay;
 
-// One bit per box, and where the ray enters those.
+// One bit per box, and where the ray, or the first of those that go together, enters those.
 typedef struct KernelNode {
     uint32_t bits;
     float entry[CO_NODE_WIDTH];
@@ -25,6 +25,7 @@ typedef struct KernelAnswer {
     bool is_fit;  // whether the ray goes on at all
     bool is_huge; // goes alone, sees all children that are there
     KernelNode alone, together;
+    KernelNode beam;     // what rays of the same signs are told of all of them
     uint32_t again;      // boxes entered when asked for one child at a time
     KernelNode interval; // of each box, by the canonical arithmetic
     float exit[CO_NODE_WIDTH];

@@ -164,6 +164,7 @@ static void check_answer(const KernelRay *ray, const CoBox *boxes, uint32_t coun
     // Where there is nothing, nothing is entered.
     assert_int_equal(answer->alone.bits >> count, 0);
     assert_int_equal(answer->together.bits >> count, 0);
+    assert_int_equal(answer->beam.bits >> count, 0);
     for (uint32_t i = 0; i < count; i++) {
         double from, to;
         bool is_in = exact_interval(ray, &boxes[i], &from, &to);
@@ -179,11 +180,12 @@ static void check_answer(const KernelRay *ray, const CoBox *boxes, uint32_t coun
             double canonical = (double)answer->interval.entry[i];
             is_good &= check_node(&answer->alone, i, canonical);
             is_good &= answer->is_huge ||
-                       (check_node(&answer->together, i, canonical) && (answer->again >> i & 1u));
+                       (check_node(&answer->together, i, canonical) && (answer->again >> i & 1u) &&
+                        check_node(&answer->beam, i, canonical));
         }
         if (!is_good)
             print_error("%s: org %a %a %a dir %a %a %a from %a to %a, box %a %a %a to %a %a %a: "
-                        "exactly %a, canonically %a, alone %d %a, together %d %a\n",
+                        "exactly %a, canonically %a, alone %d %a, together %d %a, beam %d %a, again %d\n",
                         isa, (double)ray->org[0], (double)ray->org[1], (double)ray->org[2],
                         (double)ray->dir[0], (double)ray->dir[1], (double)ray->dir[2],
                         (double)ray->from, (double)ray->to, (double)boxes[i].lo[0],
@@ -191,7 +193,8 @@ static void check_answer(const KernelRay *ray, const CoBox *boxes, uint32_t coun
                         (double)boxes[i].hi[1], (double)boxes[i].hi[2], from,
                         (double)answer->interval.entry[i], (int)(answer->alone.bits >> i & 1u),
                         (double)answer->alone.entry[i], (int)(answer->together.bits >> i & 1u),
-                        (double)answer->together.entry[i]);
+                        (double)answer->together.entry[i], (int)(answer->beam.bits >> i & 1u),
+                        (double)answer->beam.entry[i], (int)(answer->again >> i & 1u));
         assert_true(is_good);
     }
 }

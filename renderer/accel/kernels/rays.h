@@ -20,7 +20,6 @@ typedef struct Rays {
     float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM];      // of the instances' boxes on the way here
     float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];         // where hits may lie, as far as is known
     float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM]; // see triangle.h
-    uint32_t major[CO_RAYS_ROOM];                       // axis of the largest direction component
     uint8_t slot[CO_GROUP_RAYS];                        // which ray of the group
     uint8_t outer[CO_GROUP_RAYS]; // its place among the rays it was taken from
     uint64_t negative[3];         // rays whose direction is, by axis
@@ -49,67 +48,65 @@ static inline void rays_pad(Rays *rays)
 // Takes rays into an instance's space: org and dir, the latter not normalised, so that t is shared.
 static inline void rays_transform(Rays *rays, const CoAffine *to_object)
 {
-    for (uint32_t j = 0; j < rays->count; j += CO_LANE_WIDTH) {
-        CoLane org[3], dir[3];
+    for (uint32_t j = 0; j < rays->count; j += CO_WIDE_WIDTH) {
+        CoWide org[3], dir[3];
         for (int k = 0; k < 3; k++) {
-            org[k] = co_lane_load(rays->org[k] + j);
-            dir[k] = co_lane_load(rays->dir[k] + j);
+            org[k] = co_wide_load(rays->org[k] + j);
+            dir[k] = co_wide_load(rays->dir[k] + j);
         }
         for (int r = 0; r < 3; r++) {
-            CoLane m[4];
+            CoWide m[4];
             for (int k = 0; k < 4; k++)
-                m[k] = co_lane_set1(to_object->m[r][k]);
-            CoLane p =
-                co_lane_add(co_lane_add(co_lane_mul(m[0], org[0]), co_lane_mul(m[1], org[1])),
-                            co_lane_mul(m[2], org[2]));
-            CoLane d =
-                co_lane_add(co_lane_add(co_lane_mul(m[0], dir[0]), co_lane_mul(m[1], dir[1])),
-                            co_lane_mul(m[2], dir[2]));
-            co_lane_store(rays->org[r] + j, co_lane_add(p, m[3]));
-            co_lane_store(rays->dir[r] + j, d);
+                m[k] = co_wide_set1(to_object->m[r][k]);
+            CoWide p =
+                co_wide_add(co_wide_add(co_wide_mul(m[0], org[0]), co_wide_mul(m[1], org[1])),
+                            co_wide_mul(m[2], org[2]));
+            CoWide d =
+                co_wide_add(co_wide_add(co_wide_mul(m[0], dir[0]), co_wide_mul(m[1], dir[1])),
+                            co_wide_mul(m[2], dir[2]));
+            co_wide_store(rays->org[r] + j, co_wide_add(p, m[3]));
+            co_wide_store(rays->dir[r] + j, d);
         }
     }
 }
 
 // Constants of one axis, see ray_prepare. Returns lanes whose nodes may overflow.
-static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoLane org, CoLane d, CoLane pad,
-                                    CoLane distance)
+static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoWide org, CoWide d, CoWide pad,
+                                    CoWide distance)
 {
-    CoLane size = co_lane_abs(org), inv = co_lane_div(co_lane_set1(1.0f), d);
-    CoLane shift = co_lane_add(pad, co_lane_mul(size, co_lane_set1(0x1p-23f)));
-    CoLane reach = co_lane_add(distance, size);
-    shift = co_lane_add(shift, co_lane_mul(reach, co_lane_set1(0x1p-21f)));
-    shift = co_lane_copysign(shift, d);
-    CoLane minus = co_lane_sub(co_lane_set1(0.0f), inv);
-    CoLane near_c = co_lane_mul(co_lane_add(org, shift), minus);
-    CoLane far_c = co_lane_mul(co_lane_sub(org, shift), minus);
-    CoLaneMask is_safe = co_lane_lt(co_lane_mul(reach, co_lane_abs(inv)), co_lane_set1(0x1p125f));
-    CoLane nan = co_lane_set1(__builtin_nanf(""));
-    co_lane_store(rays->inv[k] + j, inv);
-    co_lane_store(rays->near_c[k] + j, co_lane_select(is_safe, near_c, nan));
-    co_lane_store(rays->far_c[k] + j, co_lane_select(is_safe, far_c, nan));
-    rays->negative[k] |= (uint64_t)co_lane_bits(co_lane_lt(d, co_lane_set1(0.0f))) << j;
-    return ~co_lane_bits(is_safe) & ((1u << CO_LANE_WIDTH) - 1u);
+    CoWide size = co_wide_abs(org), inv = co_wide_div(co_wide_set1(1.0f), d);
+    CoWide shift = co_wide_add(pad, co_wide_mul(size, co_wide_set1(0x1p-23f)));
+    CoWide reach = co_wide_add(distance, size);
+    shift = co_wide_add(shift, co_wide_mul(reach, co_wide_set1(0x1p-21f)));
+    shift = co_wide_copysign(shift, d);
+    CoWide minus = co_wide_sub(co_wide_set1(0.0f), inv);
+    CoWide near_c = co_wide_mul(co_wide_add(org, shift), minus);
+    CoWide far_c = co_wide_mul(co_wide_sub(org, shift), minus);
+    CoWideMask is_safe = co_wide_lt(co_wide_mul(reach, co_wide_abs(inv)), co_wide_set1(0x1p125f));
+    CoWide nan = co_wide_set1(__builtin_nanf(""));
+    co_wide_store(rays->inv[k] + j, inv);
+    co_wide_store(rays->near_c[k] + j, co_wide_select(is_safe, near_c, nan));
+    co_wide_store(rays->far_c[k] + j, co_wide_select(is_safe, far_c, nan));
+    rays->negative[k] |= (uint64_t)co_wide_bits(co_wide_lt(d, co_wide_set1(0.0f))) << j;
+    return ~co_wide_bits(is_safe) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
 
 // Slopes of the ray along its major axis, by what the triangle test calls x and y.
-static inline void prepare_shear(Rays *rays, uint32_t j, const CoLane dir[3])
+static inline void prepare_shear(Rays *rays, uint32_t j, const CoWide dir[3])
 {
-    CoLane ax = co_lane_abs(dir[0]), ay = co_lane_abs(dir[1]), az = co_lane_abs(dir[2]);
-    CoLaneMask x_over_y = co_lane_lt(ay, ax), y_over_z = co_lane_lt(az, ay);
-    CoLaneMask x_first = co_lane_and(x_over_y, co_lane_lt(az, ax));
-    uint32_t is_x = co_lane_bits(x_first);
-    uint32_t is_y = co_lane_bits(y_over_z) & ~co_lane_bits(x_over_y);
-    CoLane z = co_lane_select(y_over_z, dir[1], dir[2]);
-    CoLane x = co_lane_select(y_over_z, dir[2], dir[0]);
-    CoLane y = co_lane_select(y_over_z, dir[0], dir[1]);
-    z = co_lane_select(x_first, dir[0], z);
-    x = co_lane_select(x_first, dir[1], x);
-    y = co_lane_select(x_first, dir[2], y);
-    co_lane_store(rays->shear_x + j, co_lane_div(x, z));
-    co_lane_store(rays->shear_y + j, co_lane_div(y, z));
-    for (uint32_t i = 0; i < CO_LANE_WIDTH; i++)
-        rays->major[j + i] = is_x >> i & 1u ? 0 : is_y >> i & 1u ? 1 : 2;
+    CoWide ax = co_wide_abs(dir[0]), ay = co_wide_abs(dir[1]), az = co_wide_abs(dir[2]);
+    CoWideMask x_over_y = co_wide_lt(ay, ax), y_over_z = co_wide_lt(az, ay);
+    CoWideMask x_first = co_wide_and(x_over_y, co_wide_lt(az, ax));
+    uint32_t is_x = co_wide_bits(x_first);
+    uint32_t is_y = co_wide_bits(y_over_z) & ~co_wide_bits(x_over_y);
+    CoWide z = co_wide_select(y_over_z, dir[1], dir[2]);
+    CoWide x = co_wide_select(y_over_z, dir[2], dir[0]);
+    CoWide y = co_wide_select(y_over_z, dir[0], dir[1]);
+    z = co_wide_select(x_first, dir[0], z);
+    x = co_wide_select(x_first, dir[1], x);
+    y = co_wide_select(x_first, dir[2], y);
+    co_wide_store(rays->shear_x + j, co_wide_div(x, z));
+    co_wide_store(rays->shear_y + j, co_wide_div(y, z));
     rays->along[0] |= (uint64_t)is_x << j;
     rays->along[1] |= (uint64_t)is_y << j;
 }
@@ -117,45 +114,50 @@ static inline void prepare_shear(Rays *rays, uint32_t j, const CoLane dir[3])
 // As ray_prepare.
 static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
 {
-    CoLane base = co_lane_set1(0x1p-20f + relative), from_org = co_lane_set1(relative);
+    CoWide base = co_wide_set1(0x1p-20f + relative), from_org = co_wide_set1(relative);
     for (int k = 0; k < 3; k++)
         rays->negative[k] = rays->along[k] = 0;
     rays->huge = rays->done = 0;
-    for (uint32_t j = 0; j < rays->count; j += CO_LANE_WIDTH) {
-        CoLane org[3], dir[3], distance = co_lane_set1(0.0f);
-        CoLane largest_org = distance, largest_dir = distance;
+    for (uint32_t j = 0; j < rays->count; j += CO_WIDE_WIDTH) {
+        CoWide org[3], dir[3], distance = co_wide_set1(0.0f);
+        CoWide largest_org = distance, largest_dir = distance;
         // What a transform made infinite or zero hits nothing.
-        CoLaneMask is_fit = co_lane_le(distance, distance);
+        CoWideMask is_fit = co_wide_le(distance, distance);
         for (int k = 0; k < 3; k++) {
-            org[k] = co_lane_load(rays->org[k] + j);
-            dir[k] = co_lane_load(rays->dir[k] + j);
-            distance = co_lane_max(co_lane_sub(org[k], co_lane_set1(box->lo[k])), distance);
-            distance = co_lane_max(co_lane_sub(co_lane_set1(box->hi[k]), org[k]), distance);
-            largest_org = co_lane_max(co_lane_abs(org[k]), largest_org);
-            largest_dir = co_lane_max(co_lane_abs(dir[k]), largest_dir);
-            is_fit = co_lane_and(is_fit, co_lane_lt(co_lane_abs(org[k]), co_lane_set1(3e38f)));
-            is_fit = co_lane_and(is_fit, co_lane_lt(co_lane_abs(dir[k]), co_lane_set1(1e37f)));
+            org[k] = co_wide_load(rays->org[k] + j);
+            dir[k] = co_wide_load(rays->dir[k] + j);
+            distance = co_wide_max(co_wide_sub(org[k], co_wide_set1(box->lo[k])), distance);
+            distance = co_wide_max(co_wide_sub(co_wide_set1(box->hi[k]), org[k]), distance);
+            largest_org = co_wide_max(co_wide_abs(org[k]), largest_org);
+            largest_dir = co_wide_max(co_wide_abs(dir[k]), largest_dir);
+            is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_abs(org[k]), co_wide_set1(3e38f)));
+            is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_abs(dir[k]), co_wide_set1(1e37f)));
         }
-        is_fit = co_lane_and(is_fit, co_lane_lt(co_lane_set1(1e-18f), largest_dir));
-        distance = co_lane_min(distance, co_lane_set1(3e38f));
-        CoLane pad = co_lane_add(co_lane_mul(distance, base), co_lane_mul(largest_org, from_org));
-        CoLane tiny = co_lane_mul(largest_dir, co_lane_set1(1e-18f));
-        pad = co_lane_add(pad, co_lane_set1(CO_LEAST_SLACK));
-        co_lane_store(rays->pad + j, pad);
-        pad = co_lane_add(pad, co_lane_set1(CO_LEAST_SLACK)); // nodes round once more
+        is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_set1(1e-18f), largest_dir));
+        distance = co_wide_min(distance, co_wide_set1(3e38f));
+        CoWide pad = co_wide_add(co_wide_mul(distance, base), co_wide_mul(largest_org, from_org));
+        CoWide tiny = co_wide_mul(largest_dir, co_wide_set1(1e-18f));
+        pad = co_wide_add(pad, co_wide_set1(CO_LEAST_SLACK));
+        co_wide_store(rays->pad + j, pad);
+        pad = co_wide_add(pad, co_wide_set1(CO_LEAST_SLACK)); // nodes round once more
         uint32_t huge = 0;
         for (int k = 0; k < 3; k++) {
-            CoLaneMask is_tiny = co_lane_lt(co_lane_abs(dir[k]), tiny);
-            CoLane d = co_lane_select(is_tiny, co_lane_copysign(tiny, dir[k]), dir[k]);
+            CoWideMask is_tiny = co_wide_lt(co_wide_abs(dir[k]), tiny);
+            CoWide d = co_wide_select(is_tiny, co_wide_copysign(tiny, dir[k]), dir[k]);
             huge |= prepare_axis(rays, k, j, org[k], d, pad, distance);
         }
         rays->huge |= (uint64_t)huge << j;
         prepare_shear(rays, j, dir);
-        CoLane unfit = co_lane_set1(-INFINITE);
-        co_lane_store(rays->exit + j, co_lane_select(is_fit, co_lane_load(rays->exit + j), unfit));
-        co_lane_store(rays->to + j, co_lane_select(is_fit, co_lane_load(rays->to + j), unfit));
+        CoWide unfit = co_wide_set1(-INFINITE);
+        co_wide_store(rays->exit + j, co_wide_select(is_fit, co_wide_load(rays->exit + j), unfit));
+        co_wide_store(rays->to + j, co_wide_select(is_fit, co_wide_load(rays->to + j), unfit));
     }
     rays->along[2] = ~(rays->along[0] | rays->along[1]);
+}
+
+static inline uint32_t rays_major(const Rays *rays, uint32_t j)
+{
+    return rays->along[0] >> j & 1u ? 0 : rays->along[1] >> j & 1u ? 1 : 2;
 }
 
 // Ray j on its own.
@@ -175,7 +177,7 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
     out->to = rays->to[j];
     out->shear_x = rays->shear_x[j];
     out->shear_y = rays->shear_y[j];
-    out->major = rays->major[j];
+    out->major = rays_major(rays, j);
     for (uint32_t k = 0; k < 3; k++)
         out->near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
     out->slot = rays->slot[j];
@@ -185,7 +187,7 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
 // Ray j as the triangle test needs it.
 static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
 {
-    uint32_t z = rays->major[j], x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    uint32_t z = rays_major(rays, j), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
     *out = (Shear){x, y, z, {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
                    rays->shear_x[j], rays->shear_y[j], rays->inv[z][j]};
 }

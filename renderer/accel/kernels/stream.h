@@ -129,20 +129,17 @@ static inline uint32_t beam_node(const CoWideNode *node, const Beam *beam, const
     uint32_t bits = 0;
     for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
         CoLane near = co_lane_set1(beam->from), far = co_lane_set1(beam->to);
-        for (int k = 0; k < 3; k++) {
-            CoLane near_plane = co_lane_load(node->planes[rows->near[k]] + i);
-            CoLane far_plane = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
-            CoLane least = co_lane_set1(beam->inv[0][k]), most = co_lane_set1(beam->inv[1][k]);
-            near = co_lane_max(co_lane_min(co_lane_muladd(near_plane, least,
-                                                          co_lane_set1(beam->near_c[0][k])),
-                                           co_lane_muladd(near_plane, most,
-                                                          co_lane_set1(beam->near_c[1][k]))),
-                               near);
-            far = co_lane_min(co_lane_max(co_lane_muladd(far_plane, least,
-                                                         co_lane_set1(beam->far_c[0][k])),
-                                          co_lane_muladd(far_plane, most,
-                                                         co_lane_set1(beam->far_c[1][k]))),
-                              far);
+        for (int k = 0; k < 3 && beam->is_safe; k++) {
+            CoLane plane = co_lane_load(node->planes[rows->near[k]] + i), inv[2], ends[2];
+            for (int m = 0; m < 2; m++) {
+                inv[m] = co_lane_set1(beam->inv[m][k]);
+                ends[m] = co_lane_muladd(plane, inv[m], co_lane_set1(beam->near_c[m][k]));
+            }
+            near = co_lane_max(co_lane_min(ends[0], ends[1]), near);
+            plane = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
+            for (int m = 0; m < 2; m++)
+                ends[m] = co_lane_muladd(plane, inv[m], co_lane_set1(beam->far_c[m][k]));
+            far = co_lane_min(co_lane_max(ends[0], ends[1]), far);
         }
         co_lane_store(entry + i, near);
         bits |= co_lane_bits(co_lane_le(near, far)) << i;
