@@ -19,7 +19,8 @@ static bool fail(const char *path, int cause, CohortError *err)
 
 bool co_mapped_file_open(const char *path, CoMappedFile *out, CohortError *err)
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    // Without waiting: a pipe, which is refused below, may never get a writer.
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
         return fail(path, errno, err);
     struct stat info;

@@ -43,3 +43,34 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table
             co_lane_store(at += count, point[c]);
     }
 }
+
+static void store_wide_mask(float *out, CoWideMask mask)
+{
+    uint32_t bits = co_wide_bits(mask);
+    for (int i = 0; i < CO_WIDE_WIDTH; i++)
+        out[i] = (float)(bits >> i & 1u);
+}
+
+void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, uint32_t count,
+                              float *out)
+{
+    for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
+        CoWide x = co_wide_load(a + i), y = co_wide_load(b + i), z = co_wide_load(c + i);
+        CoWideMask less = co_wide_lt(x, y), same = co_wide_le(x, y);
+        float *at = out + i;
+        co_wide_store(at, co_wide_add(x, y));
+        co_wide_store(at += count, co_wide_sub(x, y));
+        co_wide_store(at += count, co_wide_mul(x, y));
+        co_wide_store(at += count, co_wide_div(x, y));
+        co_wide_store(at += count, co_wide_min(x, y));
+        co_wide_store(at += count, co_wide_max(x, y));
+        co_wide_store(at += count, co_wide_abs(x));
+        co_wide_store(at += count, co_wide_copysign(x, y));
+        store_wide_mask(at += count, less);
+        store_wide_mask(at += count, same);
+        store_wide_mask(at += count, co_wide_ne(x, y));
+        store_wide_mask(at += count, co_wide_and(same, co_wide_ne(x, z)));
+        co_wide_store(at += count, co_wide_select(less, x, y));
+        co_wide_store(at += count, co_wide_muladd(x, y, z));
+    }
+}

@@ -1,0 +1,104 @@
+// The pool: each item once, workers of their own, blocks as large as asked for.
+
+#include "base/parallel.h"
+
+#include <stdatomic.h>
+#include <string.h>
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+enum {
+    COUNT = 10007,
+    WORKERS = 64
+};
+
+typedef struct Work {
+    atomic_uint seen[COUNT];
+    atomic_uint busy[WORKERS]; // calls under way, by worker
+    atomic_uint shared;        // times a worker was found busy
+    atomic_size_t largest, calls;
+} Work;
+
+static void mark(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Work *work = context;
+    size_t size = end - begin, largest = atomic_load(&work->largest);
+    if (worker >= WORKERS || atomic_fetch_add(&work->busy[worker], 1) != 0)
+        atomic_fetch_add(&work->shared, 1);
+    while (size > largest && !atomic_compare_exchange_weak(&work->largest, &largest, size))
+        ;
+    atomic_fetch_add(&work->calls, 1);
+    for (size_t i = begin; i < end; i++)
+        atomic_fetch_add(&work->seen[i], 1);
+    atomic_fetch_sub(&work->busy[worker], 1);
+}
+
+static void each_item_is_done_once(void **state)
+{
+    (void)state;
+    static Work work;
+    const size_t grains[] = {0, 1, 7, 64, COUNT - 1, COUNT, COUNT + 1, SIZE_MAX};
+    const size_t counts[] = {1, 2, 63, COUNT};
+    for (uint32_t threads = 1; threads <= 8; threads *= 2) {
+        co_worker_count_set(threads);
+        assert_int_equal(co_worker_count(), threads);
+        for (size_t g = 0; g < sizeof grains / sizeof *grains; g++) {
+            for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+                memset(&work, 0, sizeof work);
+                co_parallel_for(counts[c], grains[g], mark, &work);
+                for (size_t i = 0; i < COUNT; i++)
+                    assert_int_equal(work.seen[i], i < counts[c]);
+                assert_int_equal(work.shared, 0);
+                if (threads > 1)
+                    assert_true(work.largest <= (grains[g] ? grains[g] : 1) || work.largest == 1);
+            }
+        }
+    }
+    co_worker_count_set(0);
+}
+
+static void nothing_to_do_calls_nobody(void **state)
+{
+    (void)state;
+    static Work work;
+    memset(&work, 0, sizeof work);
+    co_parallel_for(0, 1, mark, &work);
+    assert_int_equal(work.calls, 0);
+}
+
+static void one_thread_gets_all_at_once(void **state)
+{
+    (void)state;
+    static Work work;
+    memset(&work, 0, sizeof work);
+    co_worker_count_set(1);
+    co_parallel_for(COUNT, 10, mark, &work);
+    assert_int_equal(work.calls, 1);
+    assert_int_equal(work.largest, COUNT);
+    co_worker_count_set(0);
+}
+
+static void counts_of_threads_are_bounded(void **state)
+{
+    (void)state;
+    co_worker_count_set(UINT32_MAX);
+    assert_in_range(co_worker_count(), 64, 1u << 16);
+    co_worker_count_set(0);
+    assert_true(co_worker_count() >= 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_item_is_done_once),
+        cmocka_unit_test(nothing_to_do_calls_nobody),
+        cmocka_unit_test(one_thread_gets_all_at_once),
+        cmocka_unit_test(counts_of_threads_are_bounded),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
