@@ -66,10 +66,21 @@ static uint64_t hash_item(CohortType type, const void *item, size_t size)
     return co_hash_bytes(item, size, 1);
 }
 
-// Puts items into a table of their numbers, in scratch; reports the first that is there already.
-static bool refuse_duplicates(CoParser *p, const char *at, CohortType type,
-                              const unsigned char *items, size_t count, size_t size)
+typedef struct Items {
+    const CoListSyntax *syntax;
+    unsigned char *list;
+    size_t count;
+    bool not_empty; // in brackets
+} Items;
+
+// Puts items into a table of their numbers, in scratch; *first and *second are the numbers of the first
+// two that are alike, from 1, or 0.
+static bool find_duplicates(CoParser *p, CohortType type, const Items *list, size_t *first,
+                            size_t *second)
 {
+    const unsigned char *items = list->list;
+    size_t count = list->count, size = list->syntax->item_size;
+    *first = *second = 0;
     if (count < 2)
         return true;
     size_t capacity = 4;
@@ -83,9 +94,11 @@ static bool refuse_duplicates(CoParser *p, const char *at, CohortType type,
         const void *item = items + i * size;
         size_t slot = (size_t)hash_item(type, item, size) & (capacity - 1);
         while (table[slot]) {
-            if (same_item(type, items + (table[slot] - 1) * size, item, size))
-                return co_parse_fail(p, at, "items %zu and %zu of this list are the same",
-                                     table[slot], i + 1);
+            if (same_item(type, items + (table[slot] - 1) * size, item, size)) {
+                *first = table[slot];
+                *second = i + 1;
+                return true;
+            }
             slot = (slot + 1) & (capacity - 1);
         }
         table[slot] = i + 1;
@@ -94,12 +107,6 @@ static bool refuse_duplicates(CoParser *p, const char *at, CohortType type,
 }
 
 // ---- Lists -------------------------------------------------------------------------------------
-
-typedef struct Items {
-    const CoListSyntax *syntax;
-    unsigned char *list;
-    size_t count;
-} Items;
 
 static bool parse_item(CoParser *p, void *context)
 {
@@ -120,7 +127,7 @@ static bool parse_items(CoParser *p, Items *items)
     if (items->syntax->none && co_scan_word(&p->scan, "None"))
         return true;
     if (co_scan_char(&p->scan, '['))
-        return co_parse_list(p, ']', false, parse_item, items);
+        return co_parse_list(p, ']', items->not_empty, parse_item, items);
     if (!items->syntax->single)
         return co_parse_expected(p, "a list in [ ]");
     return parse_item(p, items);
@@ -130,16 +137,21 @@ bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind
                       const CoListSyntax *syntax)
 {
     const char *at = p->scan.at;
-    Items items = {.syntax = syntax};
+    Items items = {.syntax = syntax, .not_empty = !syntax->none || kind != CO_LIST_EXPLICIT};
     if (!co_parse_assignment(p))
         return false;
     const char *list_at = p->scan.at;
     if (!parse_items(p, &items))
         return false;
-    if (!items.count && kind != CO_LIST_EXPLICIT)
+    size_t first, second;
+    if (!items.count && kind != CO_LIST_EXPLICIT && !syntax->is_metadata)
         return co_parse_fail(p, list_at, "found an empty list, which only the whole list can be");
-    if (!refuse_duplicates(p, list_at, syntax->type, items.list, items.count, syntax->item_size))
+    if (!find_duplicates(p, syntax->type, &items, &first, &second))
         return false;
+    if (second && syntax->is_metadata)
+        return true;
+    if (second)
+        return co_parse_fail(p, list_at, "items %zu and %zu of this list are the same", first, second);
     CoValue *value = co_parse_field(p, spec, field, at);
     if (!value)
         return false;
@@ -188,7 +200,7 @@ bool co_parse_path_list(CoParser *p, CoSpec *spec, const char *field, CoListOpKi
 {
     bool prims_only = strcmp(field, "inheritPaths") == 0 || strcmp(field, "specializes") == 0;
     CoListSyntax syntax = {
-        COHORT_TYPE_PATH_LIST_OP, sizeof(CohortString), path_item, &prims_only, true, true};
+        COHORT_TYPE_PATH_LIST_OP, sizeof(CohortString), path_item, &prims_only, true, true, false};
     return co_parse_list_op(p, spec, field, kind, &syntax);
 }
 
@@ -304,6 +316,7 @@ bool co_parse_arcs(CoParser *p, CoSpec *spec, bool is_payload, CoListOpKind kind
                            arc_item,
                            &is_payload,
                            true,
-                           true};
+                           true,
+                           false};
     return co_parse_list_op(p, spec, is_payload ? "payload" : "references", kind, &syntax);
 }

@@ -4,89 +4,6 @@
 
 #include <string.h>
 
-typedef struct KnownField {
-    const char *name;
-    CohortType type;
-    bool is_array;
-} KnownField;
-
-// Fields with one value of a known type; every other name is kept as text.
-static const KnownField known_fields[] = {
-    {"active", COHORT_TYPE_BOOL, false},
-    {"allowedTokens", COHORT_TYPE_TOKEN, true},
-    {"apiSchemas", COHORT_TYPE_TOKEN_LIST_OP, false},
-    {"arraySizeConstraint", COHORT_TYPE_INT64, false},
-    {"assetInfo", COHORT_TYPE_DICTIONARY, false},
-    {"bindMaterialAs", COHORT_TYPE_TOKEN, false},
-    {"clipSets", COHORT_TYPE_STRING_LIST_OP, false},
-    {"clips", COHORT_TYPE_DICTIONARY, false},
-    {"colorConfiguration", COHORT_TYPE_ASSET, false},
-    {"colorManagementSystem", COHORT_TYPE_TOKEN, false},
-    {"colorSpace", COHORT_TYPE_TOKEN, false},
-    {"connectability", COHORT_TYPE_TOKEN, false},
-    {"constraintTargetIdentifier", COHORT_TYPE_TOKEN, false},
-    {"customData", COHORT_TYPE_DICTIONARY, false},
-    {"customLayerData", COHORT_TYPE_DICTIONARY, false},
-    {"defaultPrim", COHORT_TYPE_TOKEN, false},
-    {"displayGroup", COHORT_TYPE_STRING, false},
-    {"displayGroupOrder", COHORT_TYPE_STRING, true},
-    {"displayName", COHORT_TYPE_STRING, false},
-    {"documentation", COHORT_TYPE_STRING, false},
-    {"elementSize", COHORT_TYPE_INT, false},
-    {"endFrame", COHORT_TYPE_DOUBLE, false},
-    {"endTimeCode", COHORT_TYPE_DOUBLE, false},
-    {"expressionVariables", COHORT_TYPE_DICTIONARY, false},
-    {"fallbackPrimTypes", COHORT_TYPE_DICTIONARY, false},
-    {"framePrecision", COHORT_TYPE_INT, false},
-    {"framesPerSecond", COHORT_TYPE_DOUBLE, false},
-    {"hasOwnedSubLayers", COHORT_TYPE_BOOL, false},
-    {"hidden", COHORT_TYPE_BOOL, false},
-    {"inactiveIds", COHORT_TYPE_INT64_LIST_OP, false},
-    {"instanceable", COHORT_TYPE_BOOL, false},
-    {"interpolation", COHORT_TYPE_TOKEN, false},
-    {"kilogramsPerUnit", COHORT_TYPE_DOUBLE, false},
-    {"limits", COHORT_TYPE_DICTIONARY, false},
-    {"metersPerUnit", COHORT_TYPE_DOUBLE, false},
-    {"noLoadHint", COHORT_TYPE_BOOL, false},
-    {"outputName", COHORT_TYPE_TOKEN, false},
-    {"owner", COHORT_TYPE_STRING, false},
-    {"payloadAssetDependencies", COHORT_TYPE_ASSET, true},
-    {"prefix", COHORT_TYPE_STRING, false},
-    {"renderSettingsPrimPath", COHORT_TYPE_STRING, false},
-    {"renderType", COHORT_TYPE_TOKEN, false},
-    {"sdrMetadata", COHORT_TYPE_DICTIONARY, false},
-    {"sessionOwner", COHORT_TYPE_STRING, false},
-    {"startFrame", COHORT_TYPE_DOUBLE, false},
-    {"startTimeCode", COHORT_TYPE_DOUBLE, false},
-    {"suffix", COHORT_TYPE_STRING, false},
-    {"symmetricPeer", COHORT_TYPE_STRING, false},
-    {"symmetryArguments", COHORT_TYPE_DICTIONARY, false},
-    {"timeCodesPerSecond", COHORT_TYPE_DOUBLE, false},
-    {"uiHints", COHORT_TYPE_DICTIONARY, false},
-    {"unauthoredValuesIndex", COHORT_TYPE_INT, false},
-    {"upAxis", COHORT_TYPE_TOKEN, false},
-    {"weight", COHORT_TYPE_FLOAT, false},
-};
-
-// Fields that are no metadata: they have syntax of their own.
-static const char *const structural_fields[] = {
-    "comment",         "connectionPaths",    "custom",
-    "inheritPaths",    "primChildren",       "primOrder",
-    "propertyOrder",   "properties",         "specifier",
-    "subLayerOffsets", "targetPaths",        "typeName",
-    "variability",     "variantSelection",   "variantSetNames",
-    "variantChildren", "variantSetChildren", "connectionChildren",
-    "targetChildren",
-};
-
-static const KnownField *find_known(CoSlice name)
-{
-    for (size_t i = 0; i < sizeof known_fields / sizeof *known_fields; i++)
-        if (co_slice_is(name, known_fields[i].name))
-            return &known_fields[i];
-    return NULL;
-}
-
 static bool is_list_op(CohortType type)
 {
     return type >= COHORT_TYPE_TOKEN_LIST_OP && type <= COHORT_TYPE_UINT64_LIST_OP;
@@ -100,13 +17,13 @@ static bool scalar_item(CoParser *p, void *context, void *out)
     return co_parse_scalar(p, *scalar, out);
 }
 
-static bool parse_known_list(CoParser *p, CoSpec *spec, const KnownField *known, CoListOpKind kind)
+static bool parse_known_list(CoParser *p, CoSpec *spec, const CoKnownField *known, CoListOpKind kind)
 {
     CoScalar scalar = known->type == COHORT_TYPE_TOKEN_LIST_OP    ? CO_SCALAR_TOKEN
                       : known->type == COHORT_TYPE_STRING_LIST_OP ? CO_SCALAR_STRING
                       : known->type == COHORT_TYPE_INT64_LIST_OP  ? CO_SCALAR_INT64
                                                                   : CO_SCALAR_INT;
-    CoListSyntax syntax = {known->type, co_scalar_size(scalar), scalar_item, &scalar, false, true};
+    CoListSyntax syntax = {known->type, co_scalar_size(scalar), scalar_item, &scalar, false, true, true};
     return co_parse_list_op(p, spec, known->name, kind, &syntax);
 }
 
@@ -114,9 +31,25 @@ static bool opaque_item(CoParser *p, void *context, void *out)
 {
     (void)context;
     CoValue value;
-    if (!co_parse_opaque(p, &value))
+    if (!co_parse_opaque_item(p, &value))
         return false;
     memcpy(out, value.data, sizeof(CohortString));
+    return true;
+}
+
+static bool is_variant_name(const CohortString *name);
+
+// The name of a variant set; none is written as an expression.
+static bool set_item(CoParser *p, void *context, void *out)
+{
+    const char *at = p->scan.at;
+    CohortString *name = out;
+    (void)context;
+    if (!co_parse_string(p, name))
+        return false;
+    if (memchr(name->text, '`', name->length) || !is_variant_name(name))
+        return co_parse_fail(p, at, "found '%.100s', which cannot be the name of a variant set",
+                             name->text);
     return true;
 }
 
@@ -134,19 +67,14 @@ static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
         if (co_scan_word(&p->scan, "specializes"))
             return co_parse_path_list(p, spec, "specializes", kind);
         if (co_scan_word(&p->scan, "variantSets")) {
-            CoScalar scalar = CO_SCALAR_STRING;
-            CoListSyntax syntax = {COHORT_TYPE_STRING_LIST_OP,
-                                   sizeof(CohortString),
-                                   scalar_item,
-                                   &scalar,
-                                   true,
-                                   false};
+            CoListSyntax syntax = {COHORT_TYPE_STRING_LIST_OP, sizeof(CohortString), set_item, NULL,
+                                   true, false, false};
             return co_parse_list_op(p, spec, "variantSetNames", kind, &syntax);
         }
     }
     if (!co_scan_type_name(&p->scan, &word))
         return co_parse_expected(p, "the name of a list");
-    const KnownField *known = find_known(word);
+    const CoKnownField *known = co_known_field(word, spec->kind);
     if (known && !is_list_op(known->type))
         return co_parse_fail(p, at, "'%s' holds no list that could be edited", known->name);
     if (known)
@@ -155,7 +83,7 @@ static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
     if (!name)
         return false;
     CoListSyntax syntax = {
-        COHORT_TYPE_OPAQUE, sizeof(CohortString), opaque_item, NULL, false, false};
+        COHORT_TYPE_OPAQUE, sizeof(CohortString), opaque_item, NULL, false, true, true};
     if (!co_parse_list_op(p, spec, name, kind, &syntax))
         return false;
     CoValue *value = co_parse_field(p, spec, name, at);
@@ -301,18 +229,23 @@ static bool parse_dictionary_field(CoParser *p, CoSpec *spec, const char *name, 
     return value != NULL;
 }
 
-static bool parse_known(CoParser *p, CoSpec *spec, const KnownField *known, const char *at)
+static bool parse_known(CoParser *p, CoSpec *spec, const CoKnownField *known, const char *at)
 {
     if (is_list_op(known->type))
         return parse_known_list(p, spec, known, CO_LIST_EXPLICIT);
     if (!co_parse_assignment(p))
         return false;
-    if (known->type == COHORT_TYPE_DICTIONARY)
+    // Dictionaries and paths are taken as they are, whatever the type; only this one is looked at.
+    bool is_rate = strcmp(known->name, "framesPerSecond") == 0;
+    bool is_path = !is_rate && co_scan_peek(&p->scan) == '<';
+    bool is_dictionary = !is_rate && co_scan_peek(&p->scan) == '{';
+    if (is_dictionary || (known->type == COHORT_TYPE_DICTIONARY && !is_path))
         return parse_dictionary_field(p, spec, known->name, at);
     CoValue parsed;
-    if (!co_parse_value(p, known->type, known->is_array, &parsed))
+    if (is_path ? !co_parse_opaque(p, &parsed)
+                : !co_parse_value(p, known->type, known->is_array, &parsed))
         return false;
-    if (strcmp(known->name, "framesPerSecond") == 0 && !(*(const double *)parsed.data > 0.0))
+    if (is_rate && !(*(const double *)parsed.data > 0.0))
         return co_parse_fail(p, at, "found a framesPerSecond that is not above 0");
     CoValue *value = co_parse_field(p, spec, known->name, at);
     if (value)
@@ -345,10 +278,10 @@ static bool parse_generic(CoParser *p, CoSpec *spec)
     // A prim's type may be said here as well, as a string.
     if (spec->kind == CO_SPEC_PRIM && co_slice_is(word, "typeName"))
         return parse_type_name(p, spec);
-    for (size_t i = 0; i < sizeof structural_fields / sizeof *structural_fields; i++)
-        if (co_slice_is(word, structural_fields[i]))
-            return co_parse_fail(p, at, "'%s' cannot be set as metadata", structural_fields[i]);
-    const KnownField *known = find_known(word);
+    const char *structural = co_structural_field(word, spec->kind);
+    if (structural)
+        return co_parse_fail(p, at, "'%s' cannot be set as metadata", structural);
+    const CoKnownField *known = co_known_field(word, spec->kind);
     if (known)
         return parse_known(p, spec, known, at);
     const char *name = co_parse_token(p, word.begin, word.length);

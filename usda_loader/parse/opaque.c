@@ -4,13 +4,8 @@
 
 #include <string.h>
 
-static bool skip_value(CoParser *p);
-
-static bool skip_item(CoParser *p, void *context)
-{
-    (void)context;
-    return skip_value(p);
-}
+static bool skip_in_list(CoParser *p, void *context);
+static bool skip_in_tuple(CoParser *p, void *context);
 
 static bool skip_nested(CoParser *p, char close)
 {
@@ -23,40 +18,59 @@ static bool skip_nested(CoParser *p, char close)
     }
     if (!co_parse_deeper(p, at))
         return false;
-    bool good = co_parse_list(p, close, true, skip_item, NULL);
+    bool good = co_parse_list(p, close, true, close == ']' ? skip_in_list : skip_in_tuple, NULL);
     p->depth--;
     return good;
 }
 
-static bool skip_value(CoParser *p)
+// Numbers, words, text, asset paths, and tuples of them.
+static bool skip_in_tuple(CoParser *p, void *context)
 {
     CohortString ignored;
     CoSlice word;
     CoNumber number;
-    CoPathInfo info;
-    const char *path;
+    (void)context;
     int c = co_scan_peek(&p->scan);
     if (c == '"' || c == '\'')
         return co_parse_string(p, &ignored);
     if (c == '@')
         return co_parse_asset(p, &ignored);
-    if (c == '<')
-        return co_parse_path(p, &path, &info);
     if (c == '(')
         return skip_nested(p, ')');
-    if (c == '[')
-        return skip_nested(p, ']');
-    if (co_scan_number(&p->scan, &number) == CO_SCAN_OK || co_scan_word(&p->scan, "None") ||
-        co_scan_type_name(&p->scan, &word))
+    if (co_scan_number(&p->scan, &number) == CO_SCAN_OK || co_scan_type_name(&p->scan, &word))
         return true;
     return co_parse_expected(p, "a value");
 }
 
-bool co_parse_opaque(CoParser *p, CoValue *out)
+static bool skip_in_list(CoParser *p, void *context)
 {
-    const char *from = p->scan.at;
-    if (!skip_value(p))
-        return false;
+    return co_scan_peek(&p->scan) == '[' ? skip_nested(p, ']') : skip_in_tuple(p, context);
+}
+
+// It is kept as it stands: a relative one may lead anywhere.
+static bool skip_path(CoParser *p)
+{
+    const char *at = p->scan.at;
+    CoPathInfo info;
+    CoSlice path;
+    size_t bad;
+    if (co_scan_path(&p->scan, &path) != CO_SCAN_OK)
+        return co_parse_fail(p, at, "this path has no end; expected its closing '>' on the line");
+    return !path.length || co_path_check(path, &info, &bad) ||
+           co_parse_fail(p, path.begin + bad, "found <%.*s>, which is no well-formed path",
+                         path.length > 100 ? 100 : (int)path.length, path.begin);
+}
+
+// Of these only the whole can be a path or None.
+static bool skip_value(CoParser *p)
+{
+    if (co_scan_peek(&p->scan) == '<')
+        return skip_path(p);
+    return co_scan_word(&p->scan, "None") || skip_in_list(p, NULL);
+}
+
+static bool keep_as_text(CoParser *p, const char *from, CoValue *out)
+{
     size_t length = (size_t)(p->scan.at - from);
     CohortString *text = co_parse_alloc(p, 1, sizeof *text);
     char *copy = co_parse_alloc(p, length + 1, 1);
@@ -66,4 +80,16 @@ bool co_parse_opaque(CoParser *p, CoValue *out)
     *text = (CohortString){copy, length};
     *out = (CoValue){.type = COHORT_TYPE_OPAQUE, .count = 1, .data = text};
     return true;
+}
+
+bool co_parse_opaque(CoParser *p, CoValue *out)
+{
+    const char *from = p->scan.at;
+    return skip_value(p) && keep_as_text(p, from, out);
+}
+
+bool co_parse_opaque_item(CoParser *p, CoValue *out)
+{
+    const char *from = p->scan.at;
+    return skip_in_list(p, NULL) && keep_as_text(p, from, out);
 }

@@ -137,6 +137,7 @@ bool co_parse_array(CoParser *p, CohortType type, CoValue *out);
 bool co_parse_value(CoParser *p, CohortType type, bool is_array, CoValue *out);
 // A value of no known type as its text.
 bool co_parse_opaque(CoParser *p, CoValue *out);
+bool co_parse_opaque_item(CoParser *p, CoValue *out); // the same of a list: no path, not None
 bool co_parse_dictionary(CoParser *p, CoDict *out); // from its '{'
 bool co_dict_set(CoParser *p, CoDict *dict, const char *key, CoValue *value);
 bool co_parse_array_edit(CoParser *p, CohortType type, CoValue *out); // from its '['
@@ -151,7 +152,9 @@ typedef struct CoListSyntax {
     CoListItemFn *item;
     void *context;
     bool single; // one item may stand without brackets
-    bool none;   // None stands for the empty explicit list
+    bool none;   // None stands for the empty list
+    // As the reference has it: any of the lists may be empty, one with two items alike does not count.
+    bool is_metadata;
 } CoListSyntax;
 bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind,
                       const CoListSyntax *syntax);
@@ -159,7 +162,17 @@ bool co_parse_arcs(CoParser *p, CoSpec *spec, bool is_payload, CoListOpKind kind
 bool co_parse_path_list(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind);
 bool co_parse_names(CoParser *p, CoSpec *spec, const char *field); // a token[] field
 
-// ---- Metadata (metadata.c, layer_metadata.c)
+// ---- Metadata (metadata.c, known_field.c, layer_metadata.c)
+typedef struct CoKnownField {
+    const char *name;
+    CohortType type;
+    bool is_array;
+    unsigned where; // bits by CoSpecKind
+} CoKnownField;
+// NULL for what nobody has registered for specs of that kind: such values are kept as text.
+const CoKnownField *co_known_field(CoSlice name, CoSpecKind kind);
+// The name of a field of such specs that has syntax of its own and is no metadata, or NULL.
+const char *co_structural_field(CoSlice name, CoSpecKind kind);
 bool co_parse_metadata(CoParser *p, CoSpec *spec); // a block from its '('
 bool co_variant_name_check(CoParser *p, const char *at, const CohortString *name);
 bool co_parse_sublayers(CoParser *p, CoSpec *root);

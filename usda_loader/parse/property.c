@@ -103,8 +103,9 @@ static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
         if (!what->is_relationship)
             spec->type_name = what->type;
     }
-    // An attribute may be spoken of as a relationship later: it stays what it is but takes its flag.
-    if (spec->kind == CO_SPEC_ATTRIBUTE && what->is_relationship) {
+    // The last word on a relationship counts. An attribute may be spoken of as one later: it stays what
+    // it is but takes its flag.
+    if (what->is_relationship) {
         spec->is_uniform = what->is_uniform;
         spec->is_custom |= what->is_custom;
         return spec;
@@ -138,7 +139,7 @@ bool co_parse_typed(CoParser *p, const CoSpec *attribute, CoValue *out)
     }
     bool known = co_parse_type(p, attribute->type_name, &type, &is_array);
     // A path stands for itself whatever the type.
-    if (!known || (!is_array && co_scan_peek(&p->scan) == '<'))
+    if (!known || co_scan_peek(&p->scan) == '<')
         return co_parse_opaque(p, out);
     return co_parse_value(p, type, is_array, out);
 }

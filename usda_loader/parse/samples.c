@@ -6,7 +6,20 @@ typedef struct Samples {
     const CoSpec *attribute;
     CoTimeSamples *samples;
     bool sorted;
+    bool has_opaque; // a value of a type that is not known
 } Samples;
+
+// Of a type that is not known the reference takes one value only; None and paths do not count.
+static bool take_opaque(CoParser *p, Samples *samples, const char *at, const CoValue *value)
+{
+    if (value->type != COHORT_TYPE_OPAQUE || *at == '<')
+        return true;
+    if (samples->has_opaque)
+        return co_parse_fail(p, at, "found a second value of type '%s', which is not known",
+                             samples->attribute->type_name);
+    samples->has_opaque = true;
+    return true;
+}
 
 static bool sample_item(CoParser *p, void *context)
 {
@@ -19,7 +32,8 @@ static bool sample_item(CoParser *p, void *context)
     if (!co_parse_char(p, ':'))
         return false;
     co_scan_inline(&p->scan);
-    if (!co_parse_typed(p, samples->attribute, &parsed))
+    const char *at = p->scan.at;
+    if (!co_parse_typed(p, samples->attribute, &parsed) || !take_opaque(p, samples, at, &parsed))
         return false;
     CoTimeSamples *all = samples->samples;
     double *slot = co_parse_push(p, &all->times, all->count, sizeof *slot);
@@ -73,7 +87,7 @@ bool co_parse_samples(CoParser *p, CoSpec *attribute)
 {
     const char *at = p->scan.at;
     CoTimeSamples *all = co_parse_alloc(p, 1, sizeof *all);
-    Samples samples = {attribute, all, true};
+    Samples samples = {attribute, all, true, false};
     co_parse_line(p, at);
     if (!all || !co_parse_assignment(p) || !co_parse_char(p, '{') ||
         !co_parse_list(p, '}', false, sample_item, &samples))

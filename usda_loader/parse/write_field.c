@@ -9,8 +9,16 @@ static const char *const statements[] = {
     "spline",          "targetPaths", "timeSamples",
 };
 
+// Of metadata that is not known: it may have any name.
+static bool is_unknown(const CoValue *value)
+{
+    return value->type == COHORT_TYPE_OPAQUE || value->type == COHORT_TYPE_DICTIONARY;
+}
+
 bool co_is_metadata(const CoField *field)
 {
+    if (is_unknown(&field->value) && strcmp(field->name, "default") != 0)
+        return true;
     for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
         if (strcmp(field->name, statements[i]) == 0)
             return false;
@@ -18,8 +26,9 @@ bool co_is_metadata(const CoField *field)
 }
 
 // The word for a field in the text, where it is another.
-static const char *word_of(const char *field)
+static const char *word_of(const CoField *field)
 {
+    const char *name = field->name;
     static const char *const words[][2] = {
         {"documentation", "doc"},
         {"inheritPaths", "inherits"},
@@ -27,9 +36,9 @@ static const char *word_of(const char *field)
         {"variantSetNames", "variantSets"},
     };
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strcmp(field, words[i][0]) == 0)
+        if (strcmp(name, words[i][0]) == 0 && !is_unknown(&field->value))
             return words[i][1];
-    return field;
+    return name;
 }
 
 // ---- List operations ---------------------------------------------------------------------------
@@ -127,6 +136,10 @@ static void write_list_op(CoWriter *w, const char *name, const CoValue *value)
 {
     const CoListOp *op = value->data;
     CoListOpKind kind = CO_LIST_EXPLICIT;
+    if (!co_list_op_next(op, &kind, true)) {
+        co_write_indent(w);
+        fprintf(w->file, "add %s = None\n", name);
+    }
     for (bool more = co_list_op_next(op, &kind, true); more;
          more = co_list_op_next(op, &kind, false)) {
         co_write_indent(w);
@@ -198,7 +211,7 @@ static bool is_list(const CoValue *value)
 void co_write_metadata(CoWriter *w, const CoField *field)
 {
     const CoValue *value = &field->value;
-    const char *word = word_of(field->name);
+    const char *word = word_of(field);
     if (is_list(value)) {
         write_list_op(w, word, value);
         return;

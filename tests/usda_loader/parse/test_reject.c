@@ -79,6 +79,18 @@ static const Case cases[] = {
     {"( framesPerSecond = 0 )\n", 2, 3, "not above 0"},
     {"( upAxis = \"Y\" ) )\n", 2, 18, "def, over, class"},
     {"def \"A\" {\n double a = 1 (displayUnit = furlong)\n}\n", 3, 30, "the name of a unit"},
+    {"( framesPerSecond = </A> )\n", 2, 21, "a number"},
+    {"( unknown = [</A>] )\n", 2, 14, "a value"},
+    {"( unknown = (None) )\n", 2, 14, "a value"},
+    {"( unknown = ([1]) )\n", 2, 14, "a value"},
+    {"( unknown = <a )\n", 2, 13, "no end"},
+    {"( add unknown = [None] )\n", 2, 18, "a value"},
+    {"def \"A\" ( apiSchemas = {} )\n{}\n", 2, 24, "a list in [ ]"},
+    {"def \"A\" ( add apiSchemas = [] )\n{}\n", 2, 29, "a quoted string"},
+    {"def \"A\" ( variantSets = [] )\n{}\n", 2, 26, "a quoted string"},
+    {"def \"A\" ( variantSets = \"a b\" )\n{}\n", 2, 25, "name of a variant set"},
+    {"def \"A\" ( add variantSets = [\"`a`\"] )\n{}\n", 2, 30, "name of a variant set"},
+    {"def \"A\" {\n zork a.timeSamples = { 0: 1, 1: 2 }\n}\n", 3, 34, "a second value"},
     {"/* no end", 2, 1, "def, over, class"},
 };
 

@@ -172,7 +172,8 @@ static char *slurp(const char *path, size_t *size)
     assert_non_null(file);
     char *text = malloc(1 << 20);
     assert_non_null(text);
-    *size = fread(text, 1, 1 << 20, file);
+    *size = fread(text, 1, (1 << 20) - 1, file);
+    text[*size] = '\0';
     fclose(file);
     return text;
 }
@@ -205,6 +206,53 @@ static void a_layer_survives_and_is_written_the_same_twice(void **state)
     free(second);
     remove(once);
     remove(twice);
+}
+
+// Values of a kind that the field or type is not made for, as far as the reference takes them.
+static void what_is_unusual_is_kept(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"( active = yes )\n", "active = yes\n"}, // of prims, so unknown here
+        {"def \"A\" ( active = yes )\n{}\n", "active = true\n"},
+        {"def \"A\" ( active = </B> )\n{}\n", "active = </B>\n"},
+        {"def \"A\" ( doc = \"a\"\n documentation = { int b = 1 } )\n{}\n", "documentation = {\n"},
+        {"def \"A\" ( defaultPrim = [1, a] )\n{}\n", "defaultPrim = [1, a]\n"},
+        {"( add active = [true] )\n", "add active = [true]\n"},
+        {"( inheritPaths = 1 )\n", "inheritPaths = 1\n"},
+        {"def \"A\" {\n int a ( primOrder = \"b\" )\n}\n", "primOrder = \"b\"\n"},
+        {"def \"A\" ( prepend apiSchemas = [\"a\"]\n append apiSchemas = [\"b\", \"b\"] )\n{}\n",
+         "(\n    prepend apiSchemas = [\"a\"]\n)"},
+        {"def \"A\" ( prepend apiSchemas = [\"a\"]\n prepend apiSchemas = None )\n{}\n",
+         "(\n    add apiSchemas = None\n)"},
+        {"def \"A\" {\n rel r\n varying rel r = </B>\n}\n", "varying rel r = "},
+        {"def \"A\" {\n int[] a = <../../..>\n}\n", "int[] a = <../../..>\n"},
+        {"def \"A\" {\n zork a.timeSamples = { 0: </B>, 1: 2, 2: None }\n}\n", "1: 2,\n"},
+    };
+    char in[] = "/tmp/cohort-test-XXXXXX", out[] = "/tmp/cohort-test-XXXXXX";
+    FILE *a = fdopen(mkstemp(in), "wb"), *b = fdopen(mkstemp(out), "wb");
+    assert_non_null(a);
+    assert_non_null(b);
+    fclose(a);
+    fclose(b);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        CohortError err = {0};
+        size_t size;
+        FILE *file = fopen(in, "wb");
+        assert_non_null(file);
+        fprintf(file, "#usda 1.0\n%s", cases[i].text);
+        fclose(file);
+        if (!cohort_layer_cat(in, out, NULL, &err))
+            fail_msg("%s: %s", cases[i].text, err.message);
+        char *text = slurp(out, &size);
+        if (!strstr(text, cases[i].says))
+            fail_msg("%s became %s", cases[i].text, text);
+        free(text);
+    }
+    remove(in);
+    remove(out);
 }
 
 static void strings_survive(void **state)
@@ -276,6 +324,7 @@ int main(void)
         cmocka_unit_test(numbers_are_short),
         cmocka_unit_test(numbers_read_back_and_no_shorter_ones_do),
         cmocka_unit_test(a_layer_survives_and_is_written_the_same_twice),
+        cmocka_unit_test(what_is_unusual_is_kept),
         cmocka_unit_test(strings_survive),
         cmocka_unit_test(a_file_is_replaced_whole),
         cmocka_unit_test(a_place_that_cannot_be_written_is_named),
