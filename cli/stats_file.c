@@ -166,6 +166,8 @@ static void put_scene(Json *j, const StatsContext *c)
     open_scope(j, "builds", '{');
     count(j, "meshes", counts.scene.mesh_builds);
     count(j, "meshes_refitted", counts.scene.mesh_refits);
+    count(j, "meshes_displaced", counts.scene.displaced_meshes);
+    count(j, "points_displaced", counts.scene.displaced_points);
     count(j, "groups", counts.scene.group_builds);
     count(j, "groups_refitted", counts.scene.group_refits);
     count(j, "lights", counts.scene.light_builds);

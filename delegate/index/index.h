@@ -28,6 +28,8 @@ typedef struct CoPrim {
     bool has_geometry;   // meshes: the scene's object is set
     size_t subset_count; // meshes: with that many subsets
     bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor
+    uint64_t displacement; // materials: what displaces, see material_network.h; meshes: what the
+                           // materials had that they were set with. 0 = nothing
     double transform[4][4];
     CohortCameraSource camera;
 } CoPrim;

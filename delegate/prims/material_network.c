@@ -1,6 +1,7 @@
 #include "prims/material_network.h"
 
 #include "base/error.h"
+#include "base/hash.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -67,12 +68,20 @@ static void connect_primvar(CoNetwork *net, const CohortMaterialNode *reader, Co
     out->primvar = varname->string;
 }
 
+// A map of heights or normals whose fallback color would be another surface.
+static bool is_lost(const CohortNodeInput *input, const CohortMaterialNode *source)
+{
+    if (strcmp(input->name, "displacement") == 0)
+        return !co_network_has_file(source);
+    return strcmp(input->name, "normal") == 0 && co_network_is_lost_relief(source);
+}
+
 static void connect(CoNetwork *net, const CohortMaterialNode *surface, const CohortNodeInput *input,
                     CohortInput *out)
 {
     const CohortMaterialNode *source = co_network_source(net, input);
     bool is_texture = co_network_is_texture(source);
-    if (is_texture && strcmp(input->name, "normal") == 0 && co_network_is_lost_relief(source)) {
+    if (is_texture && is_lost(input, source)) {
         const CohortNodeInput *file = co_network_input(source, "file");
         co_network_report(net, source, "inputs:file", file && file->string ? file->string : "",
                           "no such file can be read: no relief");
@@ -142,7 +151,8 @@ static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surfa
                   {"clearcoatRoughness", &desc->clearcoat_roughness},
                   {"opacity", &desc->opacity},
                   {"ior", &desc->ior},
-                  {"normal", &desc->normal}};
+                  {"normal", &desc->normal},
+                  {"displacement", &desc->displacement}}; // last: so is its lookup
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
         read_input(net, surface, inputs[i].name, inputs[i].input);
     desc->use_specular_workflow =
@@ -150,12 +160,31 @@ static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surfa
     desc->opacity_threshold = constant_number(net, surface, "opacityThreshold", 0.0f);
     const CohortNodeInput *mode = co_network_input(surface, "opacityMode");
     desc->opacity_presence = mode && mode->string && strcmp(mode->string, "presence") == 0;
-    const CohortNodeInput *displacement = co_network_input(surface, "displacement");
-    if (displacement && (co_network_source(net, displacement) ||
-                         (displacement->components && displacement->value[0] != 0.0f)))
-        co_network_report(net, surface, "inputs:displacement",
-                          co_network_source(net, displacement) ? "connection" : "",
-                          "not displaced");
+}
+
+static uint64_t hash_text(const char *text, uint64_t seed)
+{
+    return co_hash_bytes(text ? text : "", text ? strlen(text) : 0, seed);
+}
+
+uint64_t co_network_displacement(const CohortMaterialDesc *desc)
+{
+    const CohortInput *input = &desc->displacement;
+    if (input->kind == COHORT_INPUT_CONSTANT && input->value[0] == 0.0f)
+        return 0;
+    uint64_t hash = co_hash_bytes(input->value, sizeof input->value, input->kind);
+    hash = hash_text(input->primvar, co_hash_combine(hash, input->channel));
+    if (input->kind == COHORT_INPUT_TEXTURE) {
+        const CohortLookupDesc *l = &desc->lookups[input->lookup];
+        const float numbers[] = {l->st_fallback[0],      l->st_fallback[1],
+                                 l->st_scale[0],         l->st_scale[1],
+                                 l->st_rotation_degrees, l->st_translation[0],
+                                 l->st_translation[1],   l->scale[input->channel],
+                                 l->bias[input->channel]};
+        hash = co_hash_bytes(numbers, sizeof numbers, hash);
+        hash = hash_text(l->st_primvar, co_hash_combine(hash, l->texture));
+    }
+    return hash ? hash : 1;
 }
 
 bool co_network_translate(CoNetwork *net)

@@ -29,8 +29,14 @@ bool co_network_translate(CoNetwork *net);
 // (reported).
 uint32_t co_network_lookup(CoNetwork *net, int32_t node);
 
+// A hash of what displaces meshes with this material; 0 when nothing does.
+uint64_t co_network_displacement(const CohortMaterialDesc *desc);
+
 // True for the nodes that co_network_lookup takes.
 bool co_network_is_texture(const CohortMaterialNode *node);
+
+// True for a texture node whose file can be read, as far as can be known.
+bool co_network_has_file(const CohortMaterialNode *node);
 
 // True for a texture node without a file that can be read, whose fallback color, scaled and biased,
 // is no normal that points out of the surface: normal maps that were lost.

@@ -33,6 +33,15 @@ uint32_t co_sync_texture(CohortRenderIndex *index, const CohortTextureDesc *desc
     return id;
 }
 
+// Meshes are displaced when they are set: they must look whether they are set anew.
+static void set_displacement(CohortRenderIndex *index, CoPrim *prim, uint64_t displacement,
+                             bool is_first)
+{
+    if (!is_first && prim->displacement != displacement)
+        cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);
+    prim->displacement = displacement;
+}
+
 // Meshes hold "no material" instead of a plain one: they must look again when that turns.
 static void set_plain(CohortRenderIndex *index, CoPrim *prim, bool is_plain, bool is_first)
 {
@@ -69,5 +78,6 @@ bool co_sync_material(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
         return co_sync_refuse(index, prim, "Material", &reason, err);
     }
     set_plain(index, prim, !usable, is_first);
+    set_displacement(index, prim, usable ? co_network_displacement(&net.desc) : 0, is_first);
     return true;
 }

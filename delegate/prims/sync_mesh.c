@@ -1,4 +1,5 @@
 #include "base/error.h"
+#include "base/hash.h"
 #include "prims/sync.h"
 
 // What a change of makes the mesh itself new; the rest moves it, hides it or gives it other
@@ -60,6 +61,35 @@ static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
     return cohort_scene_set_mesh(index->scene, prim->id, &desc, reason);
 }
 
+static uint64_t displacement_of(const CohortRenderIndex *index, const char *path)
+{
+    const CoPrim *material = path && path[0] ? co_index_find(index, path) : NULL;
+    bool is_used = material && material->type == COHORT_PRIM_MATERIAL && !material->is_plain &&
+                   index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_MATERIALS].boolean;
+    return is_used ? material->displacement : 0;
+}
+
+// What the mesh's materials displace it by; 0 when none does.
+static uint64_t mesh_displacement(const CohortRenderIndex *index, const CohortMeshSource *source)
+{
+    uint64_t hash = displacement_of(index, source->material);
+    for (size_t i = 0; i < source->mesh.subset_count && source->subset_materials; i++) {
+        uint64_t own = displacement_of(index, source->subset_materials[i]);
+        if (hash || own)
+            hash = co_hash_combine(co_hash_combine(hash, i), own);
+    }
+    return hash;
+}
+
+static void report_coarse(CohortRenderIndex *index, const CoPrim *prim,
+                          const CohortMeshSource *source)
+{
+    if (prim->displacement && source->mesh.scheme == COHORT_SCHEME_NONE)
+        cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_INFO, prim->path,
+                                   "subdivisionScheme", "none",
+                                   "displaced at the mesh's own points only");
+}
+
 static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
                            const CohortMeshSource *source, CohortError *reason)
 {
@@ -79,12 +109,16 @@ static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
 static bool apply(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
                   const CohortMeshSource *source, CohortError *reason)
 {
+    uint64_t displacement = mesh_displacement(index, source);
     bool is_same_shape = !(prim->dirty & SHAPE_BITS) && prim->has_geometry &&
-                         source->mesh.subset_count == prim->subset_count;
+                         source->mesh.subset_count == prim->subset_count &&
+                         displacement == prim->displacement;
     if (is_same_shape)
         return bind_materials(index, prim, pull, source, reason);
     index->counts.meshes_set++;
     prim->subset_count = source->mesh.subset_count;
+    prim->displacement = displacement;
+    report_coarse(index, prim, source);
     return set_mesh(index, prim, pull, source, reason);
 }
 

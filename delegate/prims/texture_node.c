@@ -127,13 +127,18 @@ static bool is_readable(const char *path)
     return strstr(path, "<UDIM>") || access(path, R_OK) == 0;
 }
 
-bool co_network_is_lost_relief(const CohortMaterialNode *node)
+bool co_network_has_file(const CohortMaterialNode *node)
 {
     const CohortNodeInput *file = co_network_input(node, "file");
     if (!file)
         file = co_network_input(node, "filename");
     const char *path = file && file->resolved ? file->resolved : string_of(file);
-    if (file && (file->source_node >= 0 || is_readable(path)))
+    return file && (file->source_node >= 0 || is_readable(path));
+}
+
+bool co_network_is_lost_relief(const CohortMaterialNode *node)
+{
+    if (co_network_has_file(node))
         return false;
     float color[4] = {0, 0, 0, 1}, scale[4] = {1, 1, 1, 1}, bias[4] = {0, 0, 0, 0};
     numbers_of(co_network_input(node, "fallback"), color, 4);

@@ -26,6 +26,7 @@ CohortMaterialDesc cohort_material_default(void)
         .opacity = constant(1.0f, 0.0f, 0.0f),
         .ior = constant(1.5f, 0.0f, 0.0f),
         .normal = constant(0.0f, 0.0f, 1.0f),
+        .displacement = constant(0.0f, 0.0f, 0.0f),
     };
     return desc;
 }
@@ -95,6 +96,17 @@ static bool compile_lookup(const CohortScene *scene, CoMaterial *material,
     return true;
 }
 
+// A lookup that only displacement makes is no concern of hits, if it is the last.
+static uint32_t count_hit_lookups(const CoMaterial *m, size_t count)
+{
+    bool is_last = count > 0 && m->displacement.kind == COHORT_INPUT_TEXTURE &&
+                   m->displacement.lookup == count - 1;
+    for (int i = 0; i < CO_INPUT_COUNT; i++)
+        is_last = is_last && !(m->inputs[i].kind == COHORT_INPUT_TEXTURE &&
+                               m->inputs[i].lookup == count - 1);
+    return (uint32_t)count - is_last;
+}
+
 static bool compile_material(const CohortScene *scene, const CohortMaterialDesc *desc,
                              CoMaterial *m, CohortError *err)
 {
@@ -108,10 +120,12 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
     for (int i = 0; i < CO_INPUT_COUNT; i++)
         if (!compile_input(m, desc, inputs[i], &m->inputs[i], err))
             return false;
+    if (!compile_input(m, desc, &desc->displacement, &m->displacement, err))
+        return false;
     for (size_t i = 0; i < desc->lookup_count; i++)
         if (!compile_lookup(scene, m, &desc->lookups[i], &m->lookups[i], err))
             return false;
-    m->lookup_count = (uint32_t)desc->lookup_count;
+    m->lookup_count = count_hit_lookups(m, desc->lookup_count);
     m->is_lambert = desc->lambert;
     m->use_specular_workflow = desc->use_specular_workflow;
     m->opacity_presence = desc->opacity_presence;
@@ -119,6 +133,7 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
     const CoInputSource *opacity = &m->inputs[CO_INPUT_OPACITY];
     m->may_pass = opacity->kind != COHORT_INPUT_CONSTANT || opacity->value[0] < 1.0f;
     m->has_normal = m->inputs[CO_INPUT_NORMAL].kind != COHORT_INPUT_CONSTANT;
+    m->displaces = m->displacement.kind != COHORT_INPUT_CONSTANT || m->displacement.value[0] != 0.0f;
     m->is_set = true;
     return true;
 }

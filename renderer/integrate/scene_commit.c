@@ -374,8 +374,8 @@ bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, 
     if (!options)
         options = &defaults;
     CO_CHECK(scene->has_camera, err, COHORT_ERROR_SCENE, "the scene has no camera");
-    if (!co_scene_commit_objects(scene, err) || !co_scene_commit_textures(scene, options, err) ||
-        !co_scene_commit_lights(scene, err) || !co_scene_commit_camera(scene, err))
+    if (!co_scene_commit_textures(scene, options, err) || !co_scene_displace(scene, err) ||
+        !co_scene_commit_objects(scene, err) || !co_scene_commit_lights(scene, err) || !co_scene_commit_camera(scene, err))
         return false;
     CO_CHECK(publish_warnings(scene), err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     scene->is_committed = true;

@@ -34,6 +34,7 @@ typedef struct CoSceneObject {
     uint32_t material_slots;
     CoBvh *bvh;
     bool is_deformed; // mesh: bvh is of the points before the edit, and can be refitted
+    bool is_settled;  // mesh: displaced, if its materials ask for that
     CohortInstanceDesc *edits; // group: as given; display_color points into edit_colors
     float *edit_colors;        // [edit_count][3]
     uint32_t edit_count;
@@ -81,12 +82,14 @@ typedef struct CoMaterial {
     const float *rec709; // 3x3 into the rendering space, set by the commit; NULL: the same
     bool is_set;
     CoInputSource inputs[CO_INPUT_COUNT];
+    CoInputSource displacement;
     CoLookupSource lookups[CO_MATERIAL_LOOKUPS_MAX];
-    uint32_t lookup_count;
+    uint32_t lookup_count; // those that hits need; displacement's alone lies behind them
     float opacity_threshold;
     bool is_lambert, use_specular_workflow, opacity_presence;
     bool may_pass;   // opacity below one is possible: rays may go straight through
     bool has_normal; // the normal input is connected
+    bool displaces;
 } CoMaterial;
 
 // A camera in the render frame.
@@ -167,6 +170,7 @@ static inline const CoMaterial *co_scene_material(const CohortScene *scene, uint
 }
 
 // Steps of cohort_scene_commit, in the files of their names.
+bool co_scene_displace(CohortScene *scene, CohortError *err); // needs textures, before objects
 bool co_scene_commit_objects(CohortScene *scene, CohortError *err);
 bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *options,
                               CohortError *err);

@@ -207,7 +207,8 @@ static void test_network(void **state)
     assert_non_null(strstr(fake.texture_paths[0], "tex.png"));
     assert_int_equal(fake_mesh("/A")->primvar_count, 2); // what the material reads, no other
     assert_true(stage_fixture_reports(&f, "/M/G/X", "ND_noise3d_float"));
-    assert_true(stage_fixture_reports(&f, "/M/G/S", "inputs:displacement"));
+    assert_true(m->displacement.kind == COHORT_INPUT_CONSTANT && m->displacement.value[0] == 1.0f);
+    assert_false(stage_fixture_reports(&f, "/M/G/S", "inputs:displacement"));
 }
 
 static void test_ptex_and_foreign_surfaces(void **state)

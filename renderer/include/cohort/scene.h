@@ -202,6 +202,10 @@ typedef struct CohortMaterialDesc {
     const char *path;
     CohortInput diffuse_color, emissive_color, specular_color, metallic, roughness, clearcoat,
         clearcoat_roughness, opacity, ior, normal;
+    // Scene units of the mesh, along its normals outward, taken once: at the first commit after
+    // the mesh was set. To displace it otherwise, set it again. A texture that nothing else reads
+    // should be the last lookup: hits then do not make it.
+    CohortInput displacement;
     bool lambert; // diffuse, emission and cut-outs alone: no specular lobe, no coat
     bool use_specular_workflow;
     bool opacity_presence; // opacityMode = presence
@@ -291,6 +295,7 @@ typedef struct CohortSceneCounts {
     uint64_t group_refits;  // top-level BVHs that only took new boxes
     uint64_t material_binds; // cohort_scene_set_mesh_materials
     uint64_t light_builds, material_builds, camera_builds, texture_opens;
+    uint64_t displaced_meshes, displaced_points;
     uint64_t triangle_count, mesh_count, instance_count; // of the scene as it stands
     uint64_t geometry_bytes, accel_bytes;
     // Of geometry_bytes; the rest are primvars and tables of faces.
