@@ -184,17 +184,18 @@ static void check_answer(const KernelRay *ray, const CoBox *boxes, uint32_t coun
                         check_node(&answer->beam, i, canonical));
         }
         if (!is_good)
-            print_error("%s: org %a %a %a dir %a %a %a from %a to %a, box %a %a %a to %a %a %a: "
-                        "exactly %a, canonically %a, alone %d %a, together %d %a, beam %d %a, again %d\n",
-                        isa, (double)ray->org[0], (double)ray->org[1], (double)ray->org[2],
-                        (double)ray->dir[0], (double)ray->dir[1], (double)ray->dir[2],
-                        (double)ray->from, (double)ray->to, (double)boxes[i].lo[0],
-                        (double)boxes[i].lo[1], (double)boxes[i].lo[2], (double)boxes[i].hi[0],
-                        (double)boxes[i].hi[1], (double)boxes[i].hi[2], from,
-                        (double)answer->interval.entry[i], (int)(answer->alone.bits >> i & 1u),
-                        (double)answer->alone.entry[i], (int)(answer->together.bits >> i & 1u),
-                        (double)answer->together.entry[i], (int)(answer->beam.bits >> i & 1u),
-                        (double)answer->beam.entry[i], (int)(answer->again >> i & 1u));
+            print_error(
+                "%s: org %a %a %a dir %a %a %a from %a to %a, box %a %a %a to %a %a %a: "
+                "exactly %a, canonically %a, alone %d %a, together %d %a, beam %d %a, again %d\n",
+                isa, (double)ray->org[0], (double)ray->org[1], (double)ray->org[2],
+                (double)ray->dir[0], (double)ray->dir[1], (double)ray->dir[2], (double)ray->from,
+                (double)ray->to, (double)boxes[i].lo[0], (double)boxes[i].lo[1],
+                (double)boxes[i].lo[2], (double)boxes[i].hi[0], (double)boxes[i].hi[1],
+                (double)boxes[i].hi[2], from, (double)answer->interval.entry[i],
+                (int)(answer->alone.bits >> i & 1u), (double)answer->alone.entry[i],
+                (int)(answer->together.bits >> i & 1u), (double)answer->together.entry[i],
+                (int)(answer->beam.bits >> i & 1u), (double)answer->beam.entry[i],
+                (int)(answer->again >> i & 1u));
         assert_true(is_good);
     }
 }

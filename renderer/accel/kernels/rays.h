@@ -188,8 +188,13 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
 static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
 {
     uint32_t z = rays_major(rays, j), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
-    *out = (Shear){x, y, z, {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
-                   rays->shear_x[j], rays->shear_y[j], rays->inv[z][j]};
+    *out = (Shear){x,
+                   y,
+                   z,
+                   {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
+                   rays->shear_x[j],
+                   rays->shear_y[j],
+                   rays->inv[z][j]};
 }
 
 // What became of it.

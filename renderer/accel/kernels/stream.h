@@ -47,7 +47,7 @@ static inline bool next_vector(uint64_t active, uint32_t *first)
 // Bounds of rays with the same signs, for what has to be asked once for all of them: by row of
 // CoWideNode.planes, least and most of 1 / dir and those times the outermost origin.
 typedef struct Beam {
-    float inv[2][3];               // least and most
+    float inv[2][3]; // least and most
     float near_c[2][3], far_c[2][3];
     float from, to;
     bool is_safe; // nothing overflows
@@ -68,9 +68,9 @@ static inline float most_of(CoWide a)
     return -least_of(co_wide_sub(co_wide_set1(0.0f), a));
 }
 
-// Of all rays whose direction has the signs of ray j's. A ray's own slabs are shifted by at most 1.5
-// of its padding and 5/8 of what is taken of its origin here; the rest covers the roundings of
-// beam_node, which are 3 units of the largest origin and distance.
+// Of all rays whose direction has the signs of ray j's. A ray's own slabs are shifted by at
+// most 1.5 of its padding and 5/8 of what is taken of its origin here; the rest covers the
+// roundings of beam_node, which are 3 units of the largest origin and distance.
 static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
 {
     const CoWide zero = co_wide_set1(0.0f);
@@ -114,7 +114,8 @@ static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
         beam->inv[0][k] = least_of(least[k]);
         beam->inv[1][k] = most_of(most[k]);
         for (int m = 0; m < 2; m++) {
-            float reach = (__builtin_fabsf(lo) + __builtin_fabsf(hi)) * __builtin_fabsf(beam->inv[m][k]);
+            float reach =
+                (__builtin_fabsf(lo) + __builtin_fabsf(hi)) * __builtin_fabsf(beam->inv[m][k]);
             beam->is_safe = beam->is_safe && reach < 0x1p120f;
             beam->near_c[m][k] = -near * beam->inv[m][k];
             beam->far_c[m][k] = -far * beam->inv[m][k];
@@ -209,6 +210,27 @@ static inline uint64_t stream_child(const CoWideNode *node, uint32_t i, const Ra
     return left & active;
 }
 
+// Where rays enter and leave a box, as slab_box has it. Returns those that do.
+static inline uint32_t enter_box(const Rays *rays, const StreamRows *rows, uint32_t j,
+                                 const CoBox *box, CoWide *from, CoWide *to)
+{
+    const float *planes[2] = {box->lo, box->hi};
+    *from = co_wide_load(rays->entry + j);
+    *to = co_wide_load(rays->exit + j);
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t near_side = rows->near[k] & 1u;
+        CoWide org = co_wide_load(rays->org[k] + j), inv = co_wide_load(rays->inv[k] + j);
+        CoWide shift = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-23f));
+        shift = co_wide_add(shift, co_wide_load(rays->pad + j));
+        shift = co_wide_copysign(shift, inv);
+        CoWide near = co_wide_sub(co_wide_set1(planes[near_side][k]), co_wide_add(org, shift));
+        CoWide far = co_wide_sub(co_wide_set1(planes[near_side ^ 1u][k]), co_wide_sub(org, shift));
+        *from = co_wide_max(co_wide_mul(near, inv), *from);
+        *to = co_wide_min(co_wide_mul(far, inv), *to);
+    }
+    return co_wide_bits(co_wide_le(*from, *to));
+}
+
 // A leaf's points along CO_WIDE_WIDTH rays with the same major axis.
 typedef struct StreamPoints {
     _Alignas(64) float x[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
@@ -257,6 +279,7 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
     CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
     uint32_t bits = ~(co_wide_bits(co_wide_lt(least, zero)) & co_wide_bits(co_wide_lt(zero, most)));
     bits &= active;
+    out->unsure = 0;
     if (!bits)
         return 0;
     CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]), size = co_wide_abs(det);

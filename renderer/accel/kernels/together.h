@@ -1,0 +1,208 @@
+// Rays of a group through a tree together, from node to node while any of them is active. Part of
+// traverse.c.
+//
+// Source: Tsakok 2009; for bounds of many rays: Boulos, Wald, Shirley 2006 (interval arithmetic).
+
+#ifndef CO_ACCEL_KERNELS_TOGETHER_H
+#define CO_ACCEL_KERNELS_TOGETHER_H
+
+static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
+                           const Walk *walk, uint32_t index);
+
+typedef struct StreamEntry {
+    uint64_t active; // rays that entered the child
+    float entry;     // of the first of them, at the earliest
+    uint32_t node;
+    uint32_t child; // of that node
+    uint32_t hits;  // of the group when they did
+} StreamEntry;
+
+// A walk of rays whose directions have the same signs.
+typedef struct Stream {
+    Group *group;
+    Rays *rays;
+    const Walk *walk;
+    StreamRows rows;
+    uint32_t height, late_first, late_count;
+    StreamEntry late[LATE_LEAVES]; // a ring
+    StreamEntry stack[CO_STACK_SIZE];
+} Stream;
+
+// Pushes the children that are entered, the nearest last.
+static inline void push_children(Stream *stream, uint32_t node, const StreamNode *found,
+                                 uint32_t hits)
+{
+    StreamEntry *stack = stream->stack;
+    uint32_t base = stream->height, height = base;
+    for (uint32_t bits = found->bits; bits; bits &= bits - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(bits), at = height++;
+        for (; at > base && stack[at - 1].entry < found->entry[i]; at--)
+            stack[at] = stack[at - 1];
+        stack[at] = (StreamEntry){found->active[i], found->entry[i], node, i, hits};
+    }
+    stream->height = height;
+}
+
+// Rays that still enter a child. Sets its reference.
+static inline uint64_t revisit(const Stream *stream, const StreamEntry *entry, uint32_t *ref)
+{
+    const CoWideNode *node = &stream->walk->tree->nodes[entry->node];
+    uint64_t active = entry->active & ~stream->rays->done;
+    *ref = node->child[entry->child];
+    if (active && entry->hits != stream->group->hits)
+        active = stream_child(node, entry->child, stream->rays, &stream->rows, active);
+    return active;
+}
+
+static inline void visit_late(Stream *stream)
+{
+    uint32_t ref, at = stream->late_first;
+    stream->late_first = (at + 1) % LATE_LEAVES;
+    stream->late_count--;
+    uint64_t active = revisit(stream, &stream->late[at], &ref);
+    if (active)
+        stream_leaf(stream->group, stream->rays, &stream->rows, active, stream->walk->bvh, ref,
+                    stream->walk->path);
+}
+
+// Asks for a leaf and comes back to it when others have been asked for: by then it is there.
+static inline void defer_leaf(Stream *stream, const StreamEntry *entry, uint64_t active,
+                              uint32_t ref)
+{
+    const CoBvh *bvh = stream->walk->bvh;
+    const char *leaf = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
+    StreamEntry late = *entry;
+    late.active = active;
+    late.hits = stream->group->hits;
+    __builtin_prefetch(leaf);
+    __builtin_prefetch(leaf + 64);
+    __builtin_prefetch(leaf + 128);
+    if (stream->late_count == LATE_LEAVES)
+        visit_late(stream);
+    stream->late[(stream->late_first + stream->late_count++) % LATE_LEAVES] = late;
+}
+
+// A node's children are tested once for all rays while they are many, and then, when their turn
+// comes, ray by ray; for few rays at once.
+static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active, const Beam *beam)
+{
+    const CoWideNode *node = &stream->walk->tree->nodes[ref];
+    uint32_t most = (uint32_t)__builtin_popcountll(active), hits = stream->group->hits;
+    StreamNode found;
+    if (most > NARROW_MOST) {
+        hits = UINT32_MAX;
+        found.bits = beam_node(node, beam, &stream->rows, found.entry);
+        for (int i = 0; i < CO_NODE_WIDTH; i++)
+            found.active[i] = active;
+    } else {
+        stream_node(node, stream->rays, &stream->rows, active, &found);
+    }
+    if (stream->walk->bvh && (found.bits & (found.bits - 1)))
+        prefetch_children(stream->walk->bvh, node, found.bits);
+    push_children(stream, ref, &found, hits);
+    count_nodes(stream->group, stream->walk, 1, most);
+}
+
+// Rays `active`, whose directions have the same signs, through a tree.
+static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *walk)
+{
+    Stream stream;
+    Beam beam = {.is_safe = false};
+    const uint32_t any = (uint32_t)__builtin_ctzll(active);
+    stream.group = group;
+    stream.rays = rays;
+    stream.walk = walk;
+    stream.rows = stream_rows(rays, any);
+    stream.height = stream.late_first = stream.late_count = 0;
+    if (__builtin_popcountll(active) > NARROW_MOST)
+        beam_load(rays, any, &beam);
+    visit_node(&stream, 0, active, &beam);
+    while (stream.height > 0) {
+        uint32_t ref;
+        const StreamEntry *entry = &stream.stack[--stream.height];
+        active = revisit(&stream, entry, &ref);
+        if (!active)
+            continue;
+        if (!(ref & CO_REF_LEAF))
+            visit_node(&stream, ref, active, &beam);
+        else if (walk->bvh && __builtin_popcountll(active) > NARROW_MOST)
+            stream_leaf(group, rays, &stream.rows, active, walk->bvh, ref, walk->path);
+        else if (walk->bvh)
+            defer_leaf(&stream, entry, active, ref);
+        else
+            trace_instance(group, rays, &stream.rows, active, walk, ref & ~CO_REF_LEAF);
+    }
+    while (stream.late_count)
+        visit_late(&stream);
+}
+
+// All rays through an object in whose space they are.
+static void trace_object(Group *group, Rays *rays, const CoObject *object, uint32_t path)
+{
+    const Walk walk = walk_of(object, path);
+    rays_prepare(rays, &walk.tree->box, object->top ? CO_TRANSFORM_SLACK : 0.0f);
+    uint64_t left = ~0ull >> (CO_GROUP_RAYS - rays->count);
+    walk_alone(group, rays, left & rays->huge, &walk);
+    left &= ~rays->huge;
+    while (left) {
+        uint64_t same = same_signs(rays, left, (uint32_t)__builtin_ctzll(left));
+        left &= ~same;
+        walk_stream(group, rays, same, &walk);
+    }
+}
+
+// Takes those of the rays `active` that meet the box to the end of `inner`.
+static inline void take_inner(const Rays *rays, const StreamRows *rows, uint64_t active,
+                              const CoBox *box, Rays *inner)
+{
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
+        CoWide lane[10];
+        float fields[10][CO_WIDE_WIDTH];
+        uint32_t bits = enter_box(rays, rows, j, box, &lane[6], &lane[7]);
+        lane[8] = co_wide_max(co_wide_load(rays->from + j), lane[6]);
+        lane[9] = co_wide_min(co_wide_load(rays->to + j), lane[7]);
+        bits &= co_wide_bits(co_wide_le(lane[8], lane[9])) & (uint32_t)(active >> j);
+        bits &= (uint32_t)WIDE_MASK;
+        float *const to[10] = {inner->org[0], inner->org[1], inner->org[2], inner->dir[0],
+                               inner->dir[1], inner->dir[2], inner->entry,  inner->exit,
+                               inner->from,   inner->to};
+        for (int k = 0; k < 3; k++) {
+            lane[k] = co_wide_load(rays->org[k] + j);
+            lane[3 + k] = co_wide_load(rays->dir[k] + j);
+        }
+        uint32_t n = inner->count;
+        for (int f = 0; f < 10; f++)
+            co_wide_store(bits == WIDE_MASK ? to[f] + n : fields[f], lane[f]);
+        for (uint32_t left = bits; left; left &= left - 1, n++) {
+            uint32_t i = (uint32_t)__builtin_ctz(left);
+            inner->slot[n] = rays->slot[j + i];
+            inner->outer[n] = (uint8_t)(j + i);
+            for (int f = 0; f < 10 && bits != WIDE_MASK; f++)
+                to[f][n] = fields[f][i];
+        }
+        inner->count = n;
+    }
+}
+
+// Rays `active` of a group's space through one of its instances.
+static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
+                           const Walk *walk, uint32_t index)
+{
+    const CoTop *top = walk->object->top;
+    const CoInstance *instance = &walk->object->instances[index];
+    const CoObject *object = &group->scene->objects[instance->object];
+    if (is_empty(object))
+        return;
+    Rays inner;
+    inner.count = 0;
+    take_inner(rays, rows, active, &top->boxes[index], &inner);
+    if (inner.count == 0)
+        return;
+    rays_pad(&inner);
+    rays_transform(&inner, &instance->to_object);
+    trace_object(group, &inner, object, walk->path + top->first_path[index]);
+    for (uint32_t n = 0; n < inner.count; n++)
+        rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
+}
+
+#endif
