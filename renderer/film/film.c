@@ -106,6 +106,11 @@ void co_film_destroy(CoFilm *film)
     co_free(CO_MEMORY_FILM, film, sizeof *film);
 }
 
+void co_film_set_alone(CoFilm *film, bool is_alone)
+{
+    film->is_alone = is_alone;
+}
+
 // --- adding -------------------------------------------------------------------------------------
 
 static void count(CoFilm *film, int counter)
@@ -122,7 +127,7 @@ static uint32_t float_bits(float x)
 
 // Relaxed order is enough: sums modulo 2^128 commute, and every carry out of the low word is seen
 // by exactly one addition, which hands it on. Readers come after the parallel section has ended.
-static void add_wide(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
+static void add_shared(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
 {
     uint64_t before = atomic_fetch_add_explicit(&sum[0], low, memory_order_relaxed);
     high += before + low < before;
@@ -130,10 +135,21 @@ static void add_wide(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
         atomic_fetch_add_explicit(&sum[1], high, memory_order_relaxed);
 }
 
+// A locked addition waits for every store before it: three to six per color are a cost.
+static void add_alone(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
+{
+    uint64_t before = atomic_load_explicit(&sum[0], memory_order_relaxed);
+    high += before + low < before;
+    atomic_store_explicit(&sum[0], before + low, memory_order_relaxed);
+    high += atomic_load_explicit(&sum[1], memory_order_relaxed);
+    atomic_store_explicit(&sum[1], high, memory_order_relaxed);
+}
+
 // Adds round(value / 2^(unit_exponent - 64)), halves away from zero, with integers only. A float is
 // mantissa * 2^shift units; the cap keeps shift at 64 or below.
-static void add_fixed(_Atomic uint64_t *sum, float value, int unit_exponent)
+static void add_fixed(const CoFilm *film, _Atomic uint64_t *sum, float value)
 {
+    int unit_exponent = film->unit_exponent;
     uint32_t bits = float_bits(value);
     uint32_t exponent = bits >> 23 & 255u;
     uint64_t mantissa = exponent ? (bits & 0x7fffffu) | 0x800000u : bits & 0x7fffffu;
@@ -151,8 +167,12 @@ static void add_fixed(_Atomic uint64_t *sum, float value, int unit_exponent)
         low = ~low + 1;
         high = ~high + (low == 0);
     }
-    if (low | high)
-        add_wide(sum, low, high);
+    if (!(low | high))
+        return;
+    if (film->is_alone)
+        add_alone(sum, low, high);
+    else
+        add_shared(sum, low, high);
 }
 
 void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb)
@@ -172,7 +192,7 @@ void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb
             value = copysignf(film->cap, value);
             is_saturated = true;
         }
-        add_fixed(sum + (size_t)c * 2, value, film->unit_exponent);
+        add_fixed(film, sum + (size_t)c * 2, value);
     }
     if (is_saturated)
         count(film, CO_FILM_SATURATIONS);
@@ -190,7 +210,10 @@ static void add_bounded(CoFilm *film, _Atomic uint64_t *sum, float value)
         count(film, CO_FILM_SATURATIONS);
     }
     int64_t units = (int64_t)floor((double)value / CO_FILM_UNIT_BOUNDED + 0.5);
-    if (units)
+    if (film->is_alone)
+        atomic_store_explicit(sum, atomic_load_explicit(sum, memory_order_relaxed) + (uint64_t)units,
+                              memory_order_relaxed);
+    else if (units)
         atomic_fetch_add_explicit(sum, (uint64_t)units, memory_order_relaxed);
 }
 

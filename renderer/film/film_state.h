@@ -35,6 +35,7 @@ enum {
 
 struct CoFilm {
     uint32_t width, height, aovs;
+    bool is_alone; // one thread adds
     int unit_exponent;
     float cap; // largest magnitude of a color that is added as it is
     size_t pixels, words;

@@ -127,6 +127,7 @@ static bool create_parts(CohortRender *r, CohortError *err)
     r->film = co_film_create(s->width, s->height, s->aovs, film_exponent(r->scene), err);
     if (!r->film)
         return false;
+    co_film_set_alone(r->film, r->worker_count == 1);
     r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->scratch, err);
     if (!r->bins)
         return false;

@@ -97,12 +97,13 @@ static inline bool co_render_is_cancelled(const CohortRender *render)
     return __atomic_load_n(&render->cancel, __ATOMIC_RELAXED) != 0;
 }
 
-// Pixel and absolute sample of a path id of the open round.
+// Pixel and absolute sample of a path id of the open round. The samples of a pixel stand together:
+// their rays meet the same surfaces and their light the same words of the film.
 static inline void co_path_split(const CohortRender *render, uint32_t path, uint32_t *pixel,
                                  uint32_t *sample)
 {
-    *pixel = path % render->pixels;
-    *sample = (uint32_t)(render->samples_done + path / render->pixels);
+    *pixel = path / render->round_samples;
+    *sample = (uint32_t)render->samples_done + path % render->round_samples;
 }
 
 static inline CoSampleKey co_path_key(const CohortRender *render, uint32_t path)

@@ -49,6 +49,7 @@ typedef struct CoLight {
 struct CoLights {
     CoLight *lights;
     uint32_t count, active_count, shadowless_count;
+    uint32_t only; // the light that is active, if it is one alone; else COHORT_INVALID_ID
     float max_radiance;
 };
 

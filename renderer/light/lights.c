@@ -37,6 +37,7 @@ CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *ima
         return NULL;
     }
     lights->count = count;
+    lights->only = COHORT_INVALID_ID;
     for (uint32_t i = 0; i < count; i++) {
         CoLight *light = &lights->lights[i];
         const CoLightImage *image = images != NULL ? &images[i] : NULL;
@@ -45,7 +46,7 @@ CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *ima
             return NULL;
         }
         if (light->is_active) {
-            lights->active_count++;
+            lights->only = lights->active_count++ == 0 ? i : COHORT_INVALID_ID;
             light->is_shadowless = descs[i].no_shadow;
             lights->shadowless_count += descs[i].no_shadow;
             lights->max_radiance = co_max(lights->max_radiance, brightest(light));
@@ -67,6 +68,11 @@ void co_lights_destroy(CoLights *lights)
 uint32_t co_lights_count(const CoLights *lights)
 {
     return lights->active_count;
+}
+
+bool co_lights_have_choice(const CoLights *lights)
+{
+    return lights->only == COHORT_INVALID_ID;
 }
 
 float co_lights_max_radiance(const CoLights *lights)
@@ -105,6 +111,9 @@ static float total_importance(const CoLights *lights, CoVec3 org, CoVec3 n, floa
 // *share: the probability of the choice.
 static uint32_t choose(const CoLights *lights, CoVec3 org, CoVec3 n, float uc, float *share)
 {
+    *share = 1.0f;
+    if (lights->only != COHORT_INVALID_ID)
+        return lights->only;
     float cache[CACHED];
     float total = total_importance(lights, org, n, cache);
     float target = uc * total, running = 0.0f;
@@ -175,6 +184,8 @@ float co_light_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, uint32_t emitte
 {
     if (emitter >= lights->count)
         return 0.0f;
+    if (emitter == lights->only)
+        return direction_pdf(&lights->lights[emitter], org, n, wi);
     float cache[CACHED];
     float total = total_importance(lights, org, n, cache);
     const CoLight *light = &lights->lights[emitter];

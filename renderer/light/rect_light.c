@@ -13,10 +13,11 @@ typedef struct SphericalRect {
     double k, solid_angle;
 } SphericalRect;
 
-static double acos_d(double c)
+// acos(c[0]) + acos(c[1]), from sines >= 0: the angle of a product, one inverse tangent for both.
+static double sum_of_angles(const double c[2], const double s[2])
 {
-    c = c < -1.0 ? -1.0 : c > 1.0 ? 1.0 : c;
-    return co_atan2_d(sqrt((1.0 - c) * (1.0 + c)), c);
+    double angle = co_atan2_d(c[0] * s[1] + s[0] * c[1], c[0] * c[1] - s[0] * s[1]);
+    return angle < 0.0 ? angle + 2.0 * CO_PI_D : angle;
 }
 
 static void spherical_rect(const CoLight *light, CoVec3 org, SphericalRect *r)
@@ -33,16 +34,18 @@ static void spherical_rect(const CoLight *light, CoVec3 org, SphericalRect *r)
     r->x1 = cx + half_x;
     r->y0 = cy - half_y;
     r->y1 = cy + half_y;
-    double zz = r->z0 * r->z0;
-    r->n0z = -r->y0 / sqrt(zz + r->y0 * r->y0);
-    double n1z = r->x1 / sqrt(zz + r->x1 * r->x1);
-    r->n2z = r->y1 / sqrt(zz + r->y1 * r->y1);
-    double n3z = -r->x0 / sqrt(zz + r->x0 * r->x0);
+    double edge[4] = {-r->y0, r->x1, r->y1, -r->x0}, n[4], cosine[4], sine[4];
+    for (int i = 0; i < 4; i++)
+        n[i] = edge[i] / sqrt(r->z0 * r->z0 + edge[i] * edge[i]);
+    r->n0z = n[0];
+    r->n2z = n[2];
     // The inner angles at the four corners; their sum less 2 pi is the solid angle.
-    double g0 = acos_d(-r->n0z * n1z), g1 = acos_d(-n1z * r->n2z);
-    double g2 = acos_d(-r->n2z * n3z), g3 = acos_d(-n3z * r->n0z);
-    r->k = 2.0 * CO_PI_D - g2 - g3;
-    r->solid_angle = g0 + g1 - r->k;
+    for (int i = 0; i < 4; i++) {
+        cosine[i] = -n[i] * n[(i + 1) & 3];
+        sine[i] = sqrt((1.0 - cosine[i]) * (1.0 + cosine[i]));
+    }
+    r->k = 2.0 * CO_PI_D - sum_of_angles(cosine + 2, sine + 2);
+    r->solid_angle = sum_of_angles(cosine, sine) - r->k;
 }
 
 // The same question on both sides: it depends on nothing but the light and org. Below this size the
@@ -60,15 +63,16 @@ static CoVec3 sample_spherical(const SphericalRect *r, double u0, double u1)
 {
     double sine, cosine;
     co_sincos_d(u0 * r->solid_angle + r->k, &sine, &cosine);
-    double fu = (cosine * r->n0z - r->n2z) / sine;
-    double cu = 1.0 / sqrt(fu * fu + r->n0z * r->n0z);
-    cu = fmin(fu > 0.0 ? cu : -cu, 1.0);
-    double xu = -(cu * r->z0) / sqrt(fmax(1.0 - cu * cu, 1e-30));
+    // The paper's f_u, c_u and x_u with the quotients put together: fewer roots and divisions.
+    double across = cosine * r->n0z - r->n2z;
+    double rest = across * across - (1.0 - r->n0z * r->n0z) * sine * sine;
+    double xu = fabs(r->z0 * sine) / sqrt(fmax(rest, 1e-30));
+    xu = (across > 0.0) == (sine > 0.0) ? xu : -xu;
     xu = xu < r->x0 ? r->x0 : xu > r->x1 ? r->x1 : xu;
-    double d2 = xu * xu + r->z0 * r->z0, d = sqrt(d2);
+    double d2 = xu * xu + r->z0 * r->z0;
     double h0 = r->y0 / sqrt(d2 + r->y0 * r->y0), h1 = r->y1 / sqrt(d2 + r->y1 * r->y1);
-    double hv = h0 + u1 * (h1 - h0), rest = 1.0 - hv * hv;
-    double yv = rest > 1e-15 ? hv * d / sqrt(rest) : r->y1;
+    double hv = h0 + u1 * (h1 - h0), hv2 = hv * hv;
+    double yv = hv2 < 1.0 - 1e-15 ? copysign(sqrt(d2 * hv2 / (1.0 - hv2)), hv) : r->y1;
     yv = yv < r->y0 ? r->y0 : yv > r->y1 ? r->y1 : yv;
     CoVec3 p = co_scale(r->x, (float)xu);
     p = co_madd(p, r->y, (float)yv);

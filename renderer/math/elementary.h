@@ -30,6 +30,19 @@ static inline uint64_t co_double_bits(double x)
     return bits;
 }
 
+// sin and cos of |x| <= pi/4 and a little.
+static inline void co_sincos_eighth_d(double r, double *sine, double *cosine)
+{
+    double z = r * r;
+    *sine = r + r * z *
+                    (-1.0 / 6 + z * (1.0 / 120 +
+                                     z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800)))));
+    *cosine = 1.0 + z * (-1.0 / 2 +
+                         z * (1.0 / 24 +
+                              z * (-1.0 / 720 +
+                                   z * (1.0 / 40320 + z * (-1.0 / 3628800 + z * (1.0 / 479001600))))));
+}
+
 // sin and cos of x. |x| above 2^30 has no phase worth keeping: it counts as 0. NaN and infinity
 // give NaN.
 static inline void co_sincos_d(double x, double *sine, double *cosine)
@@ -40,16 +53,8 @@ static inline void co_sincos_d(double x, double *sine, double *cosine)
     double scaled = x * (2.0 / CO_PI_D);
     int64_t k = isnan(x) ? 0 : (int64_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
     double r = (x - (double)k * 0x1.921fb5p+0) - (double)k * 0x1.110b4611a6263p-26;
-    double z = r * r;
-    double s =
-        r + r * z *
-                (-1.0 / 6 +
-                 z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800)))));
-    double c =
-        1.0 +
-        z * (-1.0 / 2 +
-             z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800 +
-                                                                       z * (1.0 / 479001600))))));
+    double s, c;
+    co_sincos_eighth_d(r, &s, &c);
     double swapped_s = (k & 1) != 0 ? c : s;
     double swapped_c = (k & 1) != 0 ? s : c;
     *sine = (k & 2) != 0 ? -swapped_s : swapped_s;

@@ -16,16 +16,12 @@ static inline void co_warp_disk(float u0, float u1, float *x, float *y)
         *x = *y = 0.0f;
         return;
     }
-    float sine, cosine;
-    if (fabsf(a) > fabsf(b)) {
-        co_sincosf(0.25f * CO_PI * (b / a), &sine, &cosine);
-        *x = radius * cosine;
-        *y = radius * sine;
-    } else {
-        co_sincosf(0.25f * CO_PI * (a / b), &sine, &cosine);
-        *x = radius * sine;
-        *y = radius * cosine;
-    }
+    bool is_wide = fabsf(a) > fabsf(b);
+    float ratio = is_wide ? b / a : a / b;
+    double sine, cosine;
+    co_sincos_eighth_d((double)(0.25f * CO_PI * ratio), &sine, &cosine);
+    *x = radius * (float)(is_wide ? cosine : sine);
+    *y = radius * (float)(is_wide ? sine : cosine);
 }
 
 // Density cos / pi over the hemisphere around +z.

@@ -53,10 +53,16 @@ static float coat_fresnel(const CoBsdf *bsdf, float weight)
     return bsdf->coat * (bsdf->coat_f0 + (1.0f - bsdf->coat_f0) * weight);
 }
 
+// Most normals come as unit vectors: a root and a division saved.
+static CoVec3 unit_vector(CoVec3 v)
+{
+    return fabsf(co_dot(v, v) - 1.0f) < 4e-7f ? v : co_normalize(v);
+}
+
 void co_bsdf_set_frame(CoBsdf *bsdf, CoVec3 ns, CoVec3 ng, CoVec3 wo)
 {
-    ng = co_normalize(ng);
-    ns = co_normalize(ns);
+    ng = unit_vector(ng);
+    ns = unit_vector(ns);
     if (co_dot(ng, ng) < 0.5f)
         ng = co_dot(ns, ns) < 0.5f ? wo : ns;
     if (co_dot(ns, ns) < 0.5f)
@@ -108,8 +114,19 @@ bool co_bsdf_has_smooth(const CoBsdf *bsdf)
            (bsdf->p_coat > 0.0f && bsdf->coat_alpha > 0.0f);
 }
 
+static CoVec3 eval_lambert(const CoBsdf *bsdf, CoVec3 wo, CoVec3 wi, float *pdf)
+{
+    float cosine = co_dot(bsdf->n, wi);
+    bool is_seen = cosine > 0.0f && co_dot(bsdf->ng, wi) > 0.0f && co_dot(bsdf->n, wo) > 0.0f;
+    float cosine_pdf = is_seen ? cosine * CO_INV_PI : 0.0f;
+    *pdf = bsdf->p_diffuse * cosine_pdf;
+    return co_scale(bsdf->diffuse, cosine_pdf);
+}
+
 CoVec3 co_bsdf_eval(const CoBsdf *bsdf, CoVec3 wo, CoVec3 wi, float *pdf)
 {
+    if (bsdf->is_lambert)
+        return eval_lambert(bsdf, wo, wi, pdf);
     *pdf = 0.0f;
     CoVec3 value = co_vec3_splat(0.0f);
     CoVec3 o = co_to_frame(bsdf->s, bsdf->t, bsdf->n, wo);
@@ -171,12 +188,13 @@ bool co_bsdf_sample(const CoBsdf *bsdf, CoVec3 wo, float uc, float u0, float u1,
     float cosine = co_dot(bsdf->n, wo);
     if (!(cosine > 0.0f))
         return false;
-    float weight = schlick(cosine);
     if (uc < bsdf->p_diffuse) {
+        // A unit vector in an orthonormal frame: nothing is gained by normalizing again.
         CoVec3 local = co_warp_cosine(u0, u1);
-        out->wi = co_normalize(co_from_frame(bsdf->s, bsdf->t, bsdf->n, local));
+        out->wi = co_from_frame(bsdf->s, bsdf->t, bsdf->n, local);
         return local.z > 0.0f && co_dot(out->wi, bsdf->ng) > 0.0f;
     }
+    float weight = schlick(cosine);
     uc -= bsdf->p_diffuse;
     if (uc < bsdf->p_specular) {
         bool ok = sample_specular(bsdf, wo, bsdf->alpha, u0, u1, out);

@@ -30,10 +30,10 @@ static float reflectance_of(float ior)
 
 void co_bsdf_lambert(CoVec3 albedo, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out)
 {
-    *out = (CoBsdf){.opacity = 1.0f};
+    *out = (CoBsdf){.opacity = 1.0f, .is_lambert = true};
     co_bsdf_set_frame(out, ns, ng, wo);
     out->diffuse = unit3(albedo);
-    co_bsdf_set_selection(out, wo);
+    out->p_diffuse = co_max3(out->diffuse) > 0.0f ? 1.0f : 0.0f;
 }
 
 void co_bsdf_preview(const CoPreviewSurface *in, CoVec3 ns, CoVec3 ng, CoVec3 wo, CoBsdf *out)
