@@ -13,15 +13,6 @@
 
 #include "geometry/mesh_internal.h"
 
-typedef struct CoGridPlace {
-    uint32_t face;
-    uint32_t valence;    // vertices of the face
-    uint32_t patch;      // quad grids
-    uint32_t sub;        // sub-quad or fan triangle, 0 in whole faces
-    uint32_t n;          // squares (or loop triangles) a side; 0 in fans and polygons
-    uint32_t i[3], j[3]; // grid point of each corner
-} CoGridPlace;
-
 static inline uint32_t co_grid_valence(const CoMeshShading *s, uint32_t face)
 {
     if (s->grid == CO_GRID_TRIANGLE)

@@ -72,7 +72,34 @@ typedef struct CoSurface {
     CoVec3 ptex_dpdu, ptex_dpdv; // derivative of p by them
 } CoSurface;
 
-// (u, v): barycentrics of corners 1 and 2 of the triangle.
+// Where a triangle lies in its cage face; grid.h finds it.
+typedef struct CoGridPlace {
+    uint32_t face;
+    uint32_t valence;    // vertices of the face
+    uint32_t patch;      // quad grids
+    uint32_t sub;        // sub-quad or fan triangle, 0 in whole faces
+    uint32_t n;          // squares (or loop triangles) a side; 0 in fans and polygons
+    uint32_t i[3], j[3]; // grid point of each corner
+} CoGridPlace;
+
+// What all points of a triangle share: made once for hits that follow each other on it.
+typedef struct CoTriangle {
+    const CoMesh *mesh;
+    uint32_t tri, material;
+    CoGridPlace place;
+    CoVec3 p[3], center;
+    CoVec3 ng;   // as in CoSurface
+    float reach; // as in CoSurface
+} CoTriangle;
+void co_triangle_make(const CoMesh *mesh, uint32_t tri, CoTriangle *out);
+
+// (u, v): barycentrics of corners 1 and 2 of the triangle. All but the Ptex part.
+void co_triangle_surface(const CoTriangle *triangle, float u, float v, CoSurface *out);
+
+// The Ptex part, of a surface that has the rest.
+void co_triangle_ptex(const CoTriangle *triangle, float u, float v, CoSurface *out);
+
+// All of it at once.
 void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out);
 
 // Face of the cage a triangle lies in, and the material of a face (of its subset, or the mesh's).

@@ -39,7 +39,7 @@ static float test_reach(const CoVec3 p[3])
     float size = 0.0f;
     const CoVec3 edges[3] = {a, b, c};
     for (int i = 0; i < 3; i++)
-        size = fmaxf(size, fmaxf(fabsf(edges[i].x), fmaxf(fabsf(edges[i].y), fabsf(edges[i].z))));
+        size = co_max(size, co_max(fabsf(edges[i].x), co_max(fabsf(edges[i].y), fabsf(edges[i].z))));
     return 16.0f * 0x1p-24f * size;
 }
 
@@ -112,19 +112,27 @@ static CoVec3 shading_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t 
     return co_vec3_splat(0.0f);
 }
 
-void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out)
+void co_triangle_make(const CoMesh *mesh, uint32_t tri, CoTriangle *out)
 {
     const CoMeshShading *s = mesh->shading;
-    CoGridPlace g = co_grid_place(s, tri);
-    CoVec3 p[3];
-    load_triangle(mesh, tri, p);
-    find_position(p, u, v, out);
-    out->reach = test_reach(p);
-    CoVec3 center = co_scale(co_add(co_add(p[0], p[1]), p[2]), 1.0f / 3.0f);
-    out->start = co_madd(out->p, co_sub(center, out->p), 64.0f * 0x1p-24f);
-    CoVec3 ng = triangle_normal(p);
+    out->mesh = mesh;
+    out->tri = tri;
+    out->place = co_grid_place(s, tri);
+    out->material = co_mesh_face_material(mesh, out->place.face);
+    load_triangle(mesh, tri, out->p);
+    out->reach = test_reach(out->p);
+    out->center = co_scale(co_add(co_add(out->p[0], out->p[1]), out->p[2]), 1.0f / 3.0f);
+    CoVec3 ng = triangle_normal(out->p);
     out->ng = s->left_handed ? co_neg(ng) : ng;
-    CoVec3 ns = shading_normal(mesh, &g, tri, u, v);
+}
+
+void co_triangle_surface(const CoTriangle *triangle, float u, float v, CoSurface *out)
+{
+    find_position(triangle->p, u, v, out);
+    out->reach = triangle->reach;
+    out->start = co_madd(out->p, co_sub(triangle->center, out->p), 64.0f * 0x1p-24f);
+    out->ng = triangle->ng;
+    CoVec3 ns = shading_normal(triangle->mesh, &triangle->place, triangle->tri, u, v);
     float facing = co_dot(ns, out->ng);
     // On the side of ng, or the two would disagree about what is outside.
     if (facing == 0.0f || !isfinite(facing))
@@ -132,7 +140,19 @@ void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurfa
     else if (facing < 0.0f)
         ns = co_neg(ns);
     out->ns = ns;
-    out->face = g.face;
-    out->material = co_mesh_face_material(mesh, g.face);
-    co_surface_find_ptex(mesh, &g, tri, p, u, v, out);
+    out->face = triangle->place.face;
+    out->material = triangle->material;
+}
+
+void co_triangle_ptex(const CoTriangle *triangle, float u, float v, CoSurface *out)
+{
+    co_surface_find_ptex(triangle->mesh, &triangle->place, triangle->tri, triangle->p, u, v, out);
+}
+
+void co_mesh_surface(const CoMesh *mesh, uint32_t tri, float u, float v, CoSurface *out)
+{
+    CoTriangle triangle;
+    co_triangle_make(mesh, tri, &triangle);
+    co_triangle_surface(&triangle, u, v, out);
+    co_triangle_ptex(&triangle, u, v, out);
 }

@@ -64,12 +64,24 @@ float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 di
     return nearest.t;
 }
 
-static void end_light_ray(CohortRender *render, const uint32_t *words, CoWorkerCounts *counts)
+static CoVec3 ray_origin(const CoRayBatch *rays, size_t i)
 {
+    return co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
+}
+
+static CoVec3 ray_direction(const CoRayBatch *rays, size_t i)
+{
+    return co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+}
+
+static void end_light_ray(CohortRender *render, size_t i, const uint32_t *words,
+                          CoWorkerCounts *counts)
+{
+    const CoRayBatch *rays = &render->batch.rays;
     CoRay ray;
-    CoVec3 radiance;
     co_ray_decode_shading(words, render->ray_options, &ray);
-    co_light_ray_end(render->scene->lights, ray.org, ray.dir, ray.emitter, &radiance);
+    CoVec3 radiance = co_light_ray_radiance(render->scene->lights, ray_origin(rays, i),
+                                            ray_direction(rays, i), ray.emitter);
     uint32_t pixel, sample;
     co_path_split(render, ray.path, &pixel, &sample);
     co_film_add_color(render->film, pixel, sample, co_mul(ray.weight, radiance));
@@ -88,8 +100,7 @@ static void collect_lights(CohortRender *render, size_t i, const uint32_t *words
                            .words = words,
                            .is_camera = is_camera,
                            .is_camera_miss = is_camera && t == INFINITY};
-    CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
-    CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+    CoVec3 org = ray_origin(rays, i), dir = ray_direction(rays, i);
     float nearest = collector.is_camera_miss
                         ? co_camera_light_distance(render, org, dir, rays->tnear[i])
                         : INFINITY;
@@ -120,7 +131,7 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
     bool is_hit = t < INFINITY;
     if (co_ray_kind(words) == CO_RAY_LIGHT) {
         if (!is_hit)
-            end_light_ray(render, words, counts);
+            end_light_ray(render, i, words, counts);
         else if (b->occlusion[i])
             counts->blocked++;
         if (!is_hit || b->occlusion[i])
@@ -133,7 +144,7 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
         return false;
     }
     CoHitRecord out = {t, b->hits.u[i], b->hits.v[i], b->hits.instance[i], 0, b->hits.tri[i],
-                       record, 0};
+                       record, 0, ray_direction(&b->rays, i)};
     *hit = out;
     return true;
 }

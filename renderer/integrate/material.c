@@ -122,9 +122,11 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
             return false;
     if (!compile_input(m, desc, &desc->displacement, &m->displacement, err))
         return false;
-    for (size_t i = 0; i < desc->lookup_count; i++)
+    for (size_t i = 0; i < desc->lookup_count; i++) {
         if (!compile_lookup(scene, m, &desc->lookups[i], &m->lookups[i], err))
             return false;
+        m->reads_ptex = m->reads_ptex || m->lookups[i].is_ptex;
+    }
     m->lookup_count = count_hit_lookups(m, desc->lookup_count);
     m->is_lambert = desc->lambert;
     m->use_specular_workflow = desc->use_specular_workflow;

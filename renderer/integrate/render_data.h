@@ -34,6 +34,7 @@ typedef struct CoHitRecord {
     uint32_t instance, object, tri;
     uint32_t record; // index of the ray's record in the batch
     uint32_t first_lookup;
+    CoVec3 dir; // of the ray: it has been decoded once
 } CoHitRecord;
 
 // Arrays of the active batch, reused from batch to batch. capacity = rays of a bin.

@@ -90,12 +90,11 @@ static void make_lookups(const CohortRender *render, CoPlacementMemo *memo, cons
                          CoLookup *out)
 {
     CoRay ray;
-    co_ray_decode(&render->batch.records.words[(size_t)hit->record * render->ray_words],
-                  render->ray_options, &ray);
+    co_ray_decode_shading(&render->batch.records.words[(size_t)hit->record * render->ray_words],
+                          render->ray_options, &ray);
     CoVertex vertex;
-    co_vertex_make(render->scene, co_placement_get(render->scene, memo, hit->instance), hit, &ray,
-                   &vertex);
-    float to_object = co_length(co_affine_vector(&vertex.placement->to_object, ray.dir));
+    co_vertex_make(render->scene, memo, hit, &ray, &vertex);
+    float to_object = co_length(co_affine_vector(&vertex.placement->to_object, hit->dir));
     float width = render->settings.texture_level0 ? 0.0f : vertex.width * to_object;
     for (uint32_t k = 0; k < vertex.material->lookup_count; k++)
         co_material_lookup(render->scene, &vertex.material->lookups[k], vertex.hit.mesh, hit->tri,

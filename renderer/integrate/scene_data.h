@@ -90,6 +90,7 @@ typedef struct CoMaterial {
     bool may_pass;   // opacity below one is possible: rays may go straight through
     bool has_normal; // the normal input is connected
     bool displaces;
+    bool reads_ptex; // some lookup is of a Ptex texture
 } CoMaterial;
 
 // A camera in the render frame.

@@ -32,6 +32,7 @@ typedef struct Scatter {
     CoVec3 weight;  // throughput up to here, pass-through decided
     CoVec3 origin;  // where rays start
     CoVec3 normal;  // as the record keeps it
+    uint32_t normal_code;
     uint32_t n_bsdf, n_light;
     bool is_split;
     CoSampleKey key;
@@ -158,7 +159,8 @@ static void choose_counts(const CohortRender *render, Scatter *s)
         s->n_light = 0;
 }
 
-// The numbers of a decision: the split's rays share one set, and so do those that follow a branch.
+// The numbers of a decision, those of the direction first: the first two dimensions of Sobol' are the
+// best distributed pair, and where there is nothing to choose no third is made. The split's rays share one set, and so do those that follow a branch.
 static void draw(const CohortRender *render, const Scatter *s, CoDecision decision, uint32_t i,
                  uint32_t n, uint32_t count, float *u)
 {
@@ -172,10 +174,10 @@ static void draw(const CohortRender *render, const Scatter *s, CoDecision decisi
 static void emit_light_sample(ShadeContext *c, const Scatter *s, uint32_t i)
 {
     const CoLights *lights = c->render->scene->lights;
-    float u[3], pdf = 0.0f;
+    float u[3] = {0}, pdf = 0.0f;
     CoLightSample sample;
-    draw(c->render, s, CO_DECISION_LIGHT, i, s->n_light, 3, u);
-    if (!co_light_sample(lights, s->origin, s->normal, u[0], u[1], u[2], &sample))
+    draw(c->render, s, CO_DECISION_LIGHT, i, s->n_light, co_lights_have_choice(lights) ? 3 : 2, u);
+    if (!co_light_sample(lights, s->origin, s->normal, u[2], u[0], u[1], &sample))
         return;
     uint32_t code[2];
     CoVec3 wi = co_ray_snap_direction(sample.wi, code);
@@ -217,10 +219,10 @@ static float roulette(const CohortRender *render, const Scatter *s, CoVec3 weigh
 
 static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
 {
-    float u[3], pdf = INFINITY;
+    float u[3] = {0}, pdf = INFINITY;
     CoBsdfSample sample;
-    draw(c->render, s, CO_DECISION_BSDF, i, s->n_bsdf, 3, u);
-    if (!co_bsdf_sample(&s->bsdf, s->vertex->wo, u[0], u[1], u[2], &sample))
+    draw(c->render, s, CO_DECISION_BSDF, i, s->n_bsdf, s->bsdf.is_lambert ? 2 : 3, u);
+    if (!co_bsdf_sample(&s->bsdf, s->vertex->wo, u[2], u[0], u[1], &sample))
         return;
     uint32_t code[2];
     CoVec3 wi = co_ray_snap_direction(sample.wi, code);
@@ -255,7 +257,8 @@ static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
                  .width = s->vertex->width,
                  .spread = fmaxf(s->ray->spread, cone),
                  .flags = flags,
-                 .code = {code[0], code[1]}};
+                 .code = {code[0], code[1]},
+                 .normal_code = s->normal_code};
     co_emit(&c->emitter, &ray, ray_key(s->key));
 }
 
@@ -266,7 +269,7 @@ static void scatter(ShadeContext *c, Scatter *s)
         return;
     choose_counts(render, s);
     s->origin = co_vertex_origin(s->vertex, s->bsdf.ng);
-    s->normal = co_ray_quantize_normal(s->bsdf.n);
+    s->normal = co_ray_snap_normal(s->bsdf.n, &s->normal_code);
     for (uint32_t i = 0; i < s->n_light; i++)
         emit_light_sample(c, s, i);
     for (uint32_t i = 0; i < s->n_bsdf; i++)
@@ -315,15 +318,14 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
         if (i + PREFETCH_HITS < end)
             prefetch_record(render, hit[PREFETCH_HITS].record);
         CoRay ray;
-        // A ray that may pass goes back to the bins with its normal.
+        // A ray that may pass goes back to the bins with all that it has.
         if (render->scene->has_cutouts)
             co_ray_decode(words, render->ray_options, &ray);
         else
             co_ray_decode_shading(words, render->ray_options, &ray);
         CoVertex vertex;
         vertex.hit.texels = b->lookup_count ? (const float(*)[4])&b->texels[hit->first_lookup] : NULL;
-        co_vertex_make(render->scene, co_placement_get(render->scene, &c.memo, hit->instance), hit,
-                       &ray, &vertex);
+        co_vertex_make(render->scene, &c.memo, hit, &ray, &vertex);
         if (ray.kind == CO_RAY_LIGHT)
             shade_light_ray(&c, &ray, hit, &vertex);
         else

@@ -17,16 +17,26 @@ static CoAffine abs_affine(const CoAffine *a)
     return r;
 }
 
-const CoPlacementMemo *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
-                                        uint32_t instance)
+static void recall_placement(const CohortScene *scene, CoPlacementMemo *memo, uint32_t instance)
 {
-    if (memo->instance != instance) {
-        co_accel_placement(&scene->accel, instance, &memo->placement);
-        memo->abs_to_world = abs_affine(&memo->placement.to_world);
-        memo->abs_to_object = abs_affine(&memo->placement.to_object);
-        memo->instance = instance;
-    }
-    return memo;
+    if (memo->instance == instance)
+        return;
+    co_accel_placement(&scene->accel, instance, &memo->placement);
+    memo->abs_to_world = abs_affine(&memo->placement.to_world);
+    memo->abs_to_object = abs_affine(&memo->placement.to_object);
+    memo->instance = instance;
+    memo->has_triangle = false;
+}
+
+static void recall_triangle(const CohortScene *scene, CoPlacementMemo *memo, uint32_t tri)
+{
+    if (memo->has_triangle && memo->triangle.tri == tri)
+        return;
+    const CoPlacement *placement = &memo->placement;
+    co_triangle_make(scene->accel.objects[placement->object].mesh, tri, &memo->triangle);
+    memo->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, memo->triangle.ng));
+    memo->material = co_scene_material(scene, placement->object, memo->triangle.material);
+    memo->has_triangle = true;
 }
 
 // Error bound in the render frame, per axis: of the point itself and the triangle test, of its way
@@ -44,25 +54,34 @@ static CoVec3 error_bound(const CoVertex *vertex)
     return co_add(co_affine_vector(&memo->abs_to_world, local), way_out);
 }
 
-void co_vertex_make(const CohortScene *scene, const CoPlacementMemo *memo, const CoHitRecord *hit,
+static bool is_same(CoVec3 a, CoVec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out)
 {
+    recall_placement(scene, memo, hit->instance);
+    recall_triangle(scene, memo, hit->tri);
     const CoPlacement *placement = &memo->placement;
-    const CoMesh *mesh = scene->accel.objects[placement->object].mesh;
-    out->hit.mesh = mesh;
+    out->hit.mesh = memo->triangle.mesh;
     out->hit.tri = hit->tri;
     out->hit.u = hit->u;
     out->hit.v = hit->v;
     out->placement = placement;
     out->memo = memo;
+    out->material = memo->material;
     CoSurface *s = &out->hit.surface;
-    co_mesh_surface(mesh, hit->tri, hit->u, hit->v, s);
-    out->material = co_scene_material(scene, placement->object, s->material);
+    co_triangle_surface(&memo->triangle, hit->u, hit->v, s);
+    if (memo->material && memo->material->reads_ptex)
+        co_triangle_ptex(&memo->triangle, hit->u, hit->v, s);
     out->p = co_affine_point(&placement->to_world, s->p);
     out->start = co_affine_point(&placement->to_world, s->start);
-    out->ng = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ng));
-    out->ns = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ns));
-    out->wo = co_neg(ray->dir);
+    out->ng = out->ns = memo->ng;
+    if (!is_same(s->ns, s->ng))
+        out->ns = co_normalize(co_affine_transposed_vector(&placement->to_object, s->ns));
+    out->wo = co_neg(hit->dir);
     out->width = ray->width + ray->spread * hit->t;
 }
 

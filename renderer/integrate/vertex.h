@@ -6,15 +6,16 @@
 #include "integrate/material.h"
 #include "integrate/render_data.h"
 
-// Placement of the instance path a worker met last: sorted hits mostly share it.
+// Placement of the instance path a worker met last, and the triangle: sorted hits mostly share both.
 typedef struct CoPlacementMemo {
     CoPlacement placement;
     CoAffine abs_to_world, abs_to_object; // for error bounds
     uint32_t instance;                    // COHORT_INVALID_ID: nothing yet
+    bool has_triangle;
+    CoTriangle triangle;
+    CoVec3 ng; // of the triangle, render frame
+    const CoMaterial *material;
 } CoPlacementMemo;
-
-const CoPlacementMemo *co_placement_get(const CohortScene *scene, CoPlacementMemo *memo,
-                                        uint32_t instance);
 
 typedef struct CoVertex {
     CoShadeHit hit;              // object space
@@ -27,8 +28,9 @@ typedef struct CoVertex {
     const CoPlacementMemo *memo;
 } CoVertex;
 
-// Fills everything but hit.texels, which the caller sets before.
-void co_vertex_make(const CohortScene *scene, const CoPlacementMemo *memo, const CoHitRecord *hit,
+// Fills everything but hit.texels, which the caller sets before. Valid until the memo's next use.
+// Of the ray, width and spread are read; its direction stands in the hit.
+void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out);
 
 // Where rays that leave on the side of ng start: far enough out that they cannot meet the surface

@@ -77,6 +77,9 @@ float co_light_sample_pdf(const CoLights *lights, CoVec3 org, CoVec3 n, const Co
 float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t emitter,
                        CoVec3 *radiance);
 
+// The radiance of co_light_ray_end alone.
+CoVec3 co_light_ray_radiance(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t emitter);
+
 // Calls fn for every emitter the ray (not delta lights) meets with tnear < t < tfar; dome and
 // distant lights only when tfar is infinite.
 typedef struct CoLightHit {

@@ -252,6 +252,19 @@ float co_light_ray_end(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t 
     return t;
 }
 
+CoVec3 co_light_ray_radiance(const CoLights *lights, CoVec3 org, CoVec3 dir, uint32_t emitter)
+{
+    CoVec3 radiance = co_vec3_splat(0.0f);
+    if (emitter >= lights->count)
+        return radiance;
+    const CoLight *light = &lights->lights[emitter];
+    if (light->type != COHORT_LIGHT_RECT || light->image.pixels || light->is_shaped)
+        co_light_ray_end(lights, org, dir, emitter, &radiance);
+    else if (light->is_active && co_light_plane_height(light, org) > 0.0f)
+        radiance = co_scale(light->radiance, light->diffuse); // wherever it is met
+    return radiance;
+}
+
 // Whether the ray's line passes the ball around the light: most lights end here.
 static bool may_meet(const CoLight *light, CoVec3 org, CoVec3 dir, float tfar)
 {

@@ -40,6 +40,7 @@ typedef struct CoRay {
     uint32_t flags;
     uint32_t extra; // index into the scene's interned table (optional word)
     uint32_t code[2]; // of dir, from co_ray_snap_direction or a decode; 0 = to be found from dir
+    uint32_t normal_code; // of normal, from co_ray_snap_normal; 0 = to be found from normal
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
@@ -91,7 +92,7 @@ static inline uint32_t co_ray_emitter(const uint32_t *words)
 // Only the direction of a record.
 CoVec3 co_ray_decode_direction(const uint32_t *words);
 
-// All but the normal, which only multiple importance sampling asks for; *out has a zero there.
+// What shading asks of a record: all but the origin, direction, pdf and normal; *out has zeros there.
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 
 // What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
@@ -104,6 +105,9 @@ float co_ray_quantize_pdf(float pdf);
 // grid round to the same three floats, and this takes the one nearest to dir.
 CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2]);
 CoVec3 co_ray_quantize_normal(CoVec3 n);
+
+// The same as co_ray_quantize_normal, with its code for CoRay.normal_code.
+CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code);
 
 // Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component.
 static inline uint32_t co_ray_bin(CoVec3 d)

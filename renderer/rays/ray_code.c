@@ -19,6 +19,7 @@
 
 #define DIRECTION_MAX ((1 << 25) - 1) // symmetric, so that 0 and the axes are exact
 #define NORMAL_MAX 127
+#define NORMAL_CODE 0x10000u // marks a code, which may be 0
 #define DEPTH_MAX 1023u
 #define EMITTER_MAX 0xffffffu
 
@@ -95,8 +96,9 @@ static bool oct_nearest(CoVec3 v, int32_t max, Oct *out)
     *out = (Oct){0, 0};
     if (!(sum > 0.0) || !isfinite(sum))
         return false;
-    x /= sum;
-    y /= sum;
+    double inv = 1.0 / sum;
+    x *= inv;
+    y *= inv;
     if (z < 0.0) {
         double fold_x = 1.0 - fabs(y), fold_y = 1.0 - fabs(x);
         x = x < 0.0 ? -fold_x : fold_x;
@@ -191,6 +193,13 @@ static CoVec3 normal_decode(uint32_t bits)
 CoVec3 co_ray_quantize_normal(CoVec3 n)
 {
     return normal_decode(normal_encode(n));
+}
+
+CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code)
+{
+    uint32_t bits = normal_encode(n);
+    *code = bits | NORMAL_CODE;
+    return normal_decode(bits);
 }
 
 // --- pdf: 6 bits of exponent, 10 of mantissa, 2^-31 to 2^33 -------------------------------------
@@ -324,9 +333,13 @@ static void encode_words(const CoRay *ray, uint32_t options, Oct code, const Wei
     uint32_t depth = ray->depth > DEPTH_MAX ? DEPTH_MAX : ray->depth;
     uint32_t exponent = (uint32_t)(weight->exponent + exponent_bias(ray->kind));
     uint32_t high = exponent >> 5, flags = ray->flags & (EXPONENT_FLAG - 1);
-    uint32_t ends = ray->kind == CO_RAY_LIGHT
-                        ? (ray->emitter & EMITTER_MAX) | high << 24
-                        : pdf_encode(ray->pdf) | normal_encode(ray->normal) << 16;
+    uint32_t ends;
+    if (ray->kind == CO_RAY_LIGHT)
+        ends = (ray->emitter & EMITTER_MAX) | high << 24;
+    else if (ray->normal_code)
+        ends = pdf_encode(ray->pdf) | ray->normal_code << 16;
+    else
+        ends = pdf_encode(ray->pdf) | normal_encode(ray->normal) << 16;
     if (ray->kind != CO_RAY_LIGHT && high)
         flags |= EXPONENT_FLAG;
     words[0] = float_bits(ray->org.x);
@@ -370,10 +383,6 @@ uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 {
     memset(out, 0, sizeof *out);
-    out->org = co_vec3(bits_float(words[0]), bits_float(words[1]), bits_float(words[2]));
-    out->dir = co_ray_decode_direction(words);
-    out->code[0] = (words[3] & 0x3ffffffu) + 1;
-    out->code[1] = (words[4] & 0x3ffffffu) + 1;
     out->kind = words[4] >> 30;
     out->depth = (words[3] >> 26) | (words[4] >> 26 & 15u) << 6;
     out->flags = words[8] >> 24;
@@ -382,7 +391,6 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
         out->emitter = co_ray_emitter(words);
     } else {
         out->weight = weight_decode(words[5], out->flags >> 7, out->kind);
-        out->pdf = pdf_decode(words[6] & 0xffffu);
         out->flags &= EXPONENT_FLAG - 1;
     }
     out->path = words[7];
@@ -399,6 +407,12 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
 {
     co_ray_decode_shading(words, options, out);
-    if (out->kind != CO_RAY_LIGHT)
-        out->normal = normal_decode(words[6] >> 16);
+    out->org = co_vec3(bits_float(words[0]), bits_float(words[1]), bits_float(words[2]));
+    out->dir = co_ray_decode_direction(words);
+    out->code[0] = (words[3] & 0x3ffffffu) + 1;
+    out->code[1] = (words[4] & 0x3ffffffu) + 1;
+    if (out->kind == CO_RAY_LIGHT)
+        return;
+    out->pdf = pdf_decode(words[6] & 0xffffu);
+    out->normal = normal_decode(words[6] >> 16);
 }

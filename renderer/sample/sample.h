@@ -12,8 +12,8 @@
 
 typedef enum CoDecision {
     CO_DECISION_CAMERA = 0, // filter x, y; lens x, y
-    CO_DECISION_BSDF,       // lobe; direction x, y
-    CO_DECISION_LIGHT,      // light; position x, y
+    CO_DECISION_BSDF,       // direction x, y; lobe
+    CO_DECISION_LIGHT,      // position x, y; light
     CO_DECISION_ROULETTE,   // survival
     CO_DECISION_COUNT
 } CoDecision;
