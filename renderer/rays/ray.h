@@ -33,7 +33,7 @@ typedef struct CoRay {
     float pdf;        // BSDF ray: solid-angle pdf; INFINITY = delta; 0 = no light sample was taken
     CoVec3 normal;    // BSDF ray: normal of the vertex it left, quantized
     uint32_t emitter; // light ray: which
-    uint32_t path;    // sample in round * pixels + pixel
+    uint32_t path;    // pixel * samples of the round + sample in round
     uint32_t kind, depth; // CoRayKind; segment number, the camera's is 1
     uint32_t branch;      // which BSDF ray of the split this path follows
     float width, spread;  // footprint: width at the origin (scene units), growth per unit length

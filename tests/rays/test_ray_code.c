@@ -133,6 +133,10 @@ static void normals_and_pdfs_are_projected(void **state)
     for (size_t i = 0; i < 100000; i++) {
         CoVec3 n = random_direction(&random), q = co_ray_quantize_normal(n);
         CoVec3 again = co_ray_quantize_normal(q);
+        uint32_t code = 0;
+        CoVec3 snapped = co_ray_snap_normal(n, &code);
+        assert_memory_equal(&snapped, &q, sizeof q);
+        assert_true(code != 0);
         assert_memory_equal(&q, &again, sizeof q);
         worst = fmax(worst, angle(n, q));
         float pdf = (float)exp2(62.0 * uniform(&random) - 30.0);
@@ -332,7 +336,8 @@ static void every_field_survives(void **state)
             ray.emitter = (uint32_t)random & 0xffffffu;
         } else {
             ray.pdf = co_ray_quantize_pdf((float)uniform(&random));
-            ray.normal = co_ray_quantize_normal(random_direction(&random));
+            ray.normal = i % 2 ? co_ray_quantize_normal(random_direction(&random))
+                               : co_ray_snap_normal(random_direction(&random), &ray.normal_code);
         }
         assert_int_equal(co_ray_encode(&ray, options, (CoRayKey){i, 0, 0}, words, &overflow), 1);
         assert_int_equal(words[co_ray_words(options)], 0xa5a5a5a5u);
@@ -341,6 +346,7 @@ static void every_field_survives(void **state)
         assert_true(fabsf(out.spread - ray.spread) <= ray.spread * 1e-5f);
         out.width = ray.width;
         out.spread = ray.spread;
+        out.normal_code = ray.normal_code; // decoding leaves none
         assert_memory_equal(&out, &ray, sizeof out);
     }
 }
