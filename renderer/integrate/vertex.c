@@ -17,13 +17,39 @@ static CoAffine abs_affine(const CoAffine *a)
     return r;
 }
 
+// a after b.
+static CoAffine affine_after(const CoAffine *a, const CoAffine *b)
+{
+    CoAffine r;
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 4; k++)
+            r.m[i][k] = a->m[i][0] * b->m[0][k] + a->m[i][1] * b->m[1][k] + a->m[i][2] * b->m[2][k];
+        r.m[i][3] += a->m[i][3];
+    }
+    return r;
+}
+
+// Level by level, not of the product: a part may be far from its group's origin and the group
+// placed so that it comes back, and rays are rounded out there.
+static void find_abs(const CohortScene *scene, CoPlacementMemo *memo)
+{
+    const CoPlacement *placement = &memo->placement;
+    const CoObject *object = &scene->accel.objects[scene->accel.root];
+    for (uint32_t level = 0; level < placement->chain_length; level++) {
+        const CoInstance *placed = &object->instances[placement->chain[level]];
+        CoAffine up = abs_affine(&placed->to_group), down = abs_affine(&placed->to_object);
+        memo->abs_to_world = level ? affine_after(&memo->abs_to_world, &up) : up;
+        memo->abs_to_object = level ? affine_after(&down, &memo->abs_to_object) : down;
+        object = &scene->accel.objects[placed->object];
+    }
+}
+
 static void recall_placement(const CohortScene *scene, CoPlacementMemo *memo, uint32_t instance)
 {
     if (memo->instance == instance)
         return;
     co_accel_placement(&scene->accel, instance, &memo->placement);
-    memo->abs_to_world = abs_affine(&memo->placement.to_world);
-    memo->abs_to_object = abs_affine(&memo->placement.to_object);
+    find_abs(scene, memo);
     memo->instance = instance;
     memo->has_triangle = false;
 }

@@ -344,7 +344,7 @@ static void test_bad_prims_are_reported_and_left_out(void **state)
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_POINTS);
     sync();
     assert_int_equal(fake.objects[0].instance_count, 1); // back again
-    host.x = NAN;
+    host.x = (double)NAN;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_TRANSFORM);
     sync();
     assert_int_equal(report_count(), 3);

@@ -1,0 +1,236 @@
+// Where rays leave a surface: whatever the transforms, a ray that leaves a convex body never meets
+// it again, one that goes in always does, and the step off the surface stays small.
+
+#include "support/scenes.h"
+
+#include "accel/accel.h"
+#include "base/hash.h"
+#include "integrate/scene_data.h"
+#include "integrate/vertex.h"
+
+#include <math.h>
+
+enum {
+    RAYS = 4096
+};
+
+typedef struct Random {
+    uint64_t state;
+} Random;
+
+static float between(Random *random, float lo, float hi)
+{
+    return lo + (hi - lo) * ((float)(co_hash64(random->state++) >> 40) * 0x1p-24f);
+}
+
+static CoVec3 any_direction(Random *random)
+{
+    CoVec3 d;
+    do
+        d = co_vec3(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));
+    while (!(co_dot(d, d) < 1.0f && co_dot(d, d) > 1e-3f));
+    return co_normalize(d);
+}
+
+static void fill_rays(CoRayBatch *rays, CoHitBatch *hits)
+{
+    *rays = (CoRayBatch){.count = RAYS, .capacity = RAYS};
+    *hits = (CoHitBatch){.count = RAYS, .capacity = RAYS};
+#define ALLOC_RAY(type, name) rays->name = aligned_alloc(64, RAYS * sizeof(type));
+    CO_RAY_FIELDS(ALLOC_RAY)
+#undef ALLOC_RAY
+#define ALLOC_HIT(type, name) hits->name = aligned_alloc(64, RAYS * sizeof(type));
+    CO_HIT_FIELDS(ALLOC_HIT)
+#undef ALLOC_HIT
+}
+
+static void free_rays(CoRayBatch *rays, CoHitBatch *hits)
+{
+#define FREE_RAY(type, name) free(rays->name);
+    CO_RAY_FIELDS(FREE_RAY)
+#undef FREE_RAY
+#define FREE_HIT(type, name) free(hits->name);
+    CO_HIT_FIELDS(FREE_HIT)
+#undef FREE_HIT
+}
+
+static void set_ray(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir)
+{
+    rays->org_x[i] = org.x;
+    rays->org_y[i] = org.y;
+    rays->org_z[i] = org.z;
+    rays->dir_x[i] = dir.x;
+    rays->dir_y[i] = dir.y;
+    rays->dir_z[i] = dir.z;
+    rays->tnear[i] = 0.0f;
+    rays->tfar[i] = INFINITY;
+    rays->record[i] = (uint32_t)i;
+}
+
+// Rotation by Euler angles, scale per axis, then a move; row vectors.
+static void turn(double m[4][4], double a, double b, const double scale[3], const double move[3])
+{
+    const double ca = cos(a), sa = sin(a), cb = cos(b), sb = sin(b);
+    const double r[3][3] = {{ca, sa * cb, sa * sb}, {-sa, ca * cb, ca * sb}, {0, -sb, cb}};
+    test_identity(m);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++)
+            m[i][k] = scale[i] * r[i][k];
+        m[3][i] = move[i];
+    }
+}
+
+typedef struct Body {
+    const char *name;
+    double scale[3], move[3]; // of the body in its group
+    double outer, outer_move; // of the group in the world, along (1, -1, 0.5)
+    float most;               // step off the surface, in units of the body's smallest half side
+} Body;
+
+static const Body bodies[] = {
+    {"as it is", {1, 1, 1}, {0, 0, 0}, 1, 0, 2e-5f},
+    {"thin", {1, 0.01, 30}, {0, 0, 0}, 1, 0, 5e-2f},
+    {"small", {1e-5, 1e-5, 1e-5}, {0, 0, 0}, 1, 0, 2e-5f},
+    {"large", {1e5, 1e5, 1e5}, {0, 0, 0}, 1, 0, 2e-5f},
+    {"far in its group, and back", {1, 1, 1}, {3000, -500, 80}, 1, 0, 5e-2f},
+    {"far in the world", {1, 1, 1}, {0, 0, 0}, 1, 1e5, 2e-5f},
+    {"scaled back", {100, 100, 100}, {5, 5, 5}, 0.01, 3, 1e-3f},
+};
+
+static CohortScene *make_scene(const Body *body, CohortError *err)
+{
+    CohortScene *scene = test_scene(err);
+    uint32_t matte = test_matte(scene, 0.5f, 0.0f, err);
+    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, matte, err);
+    CohortInstanceDesc inner = test_place(box, 0, 0, 0, 1), outer;
+    turn(inner.transform, 0.7, -1.1, body->scale, body->move);
+    uint32_t group = cohort_scene_new_object(scene, err);
+    TEST_OK(cohort_scene_set_group(scene, group, &inner, 1, err), err);
+    outer = test_place(group, 0, 0, 0, 1);
+    const double scale[3] = {body->outer, body->outer, body->outer};
+    const double move[3] = {body->outer_move, -body->outer_move, 0.5 * body->outer_move};
+    turn(outer.transform, 2.1, 0.4, scale, move);
+    TEST_OK(cohort_scene_set_group(scene, 0, &outer, 1, err), err);
+    test_camera(scene, move[0], move[1], move[2], 1.0, err);
+    TEST_OK(cohort_scene_commit(scene, NULL, err), err);
+    return scene;
+}
+
+// Rays from around the body towards points on it.
+static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
+{
+    CoPlacement placement;
+    co_accel_placement(&scene->accel, 0, &placement);
+    for (size_t i = 0; i < RAYS; i++) {
+        float at[3] = {between(random, -1, 1), between(random, -1, 1), between(random, -1, 1)};
+        at[i % 3] = i % 2 ? 1.0f : -1.0f;
+        CoVec3 from = co_scale(any_direction(random), 4.0f);
+        CoVec3 to = co_affine_point(&placement.to_world, co_vec3_load(at));
+        CoVec3 org = co_affine_point(&placement.to_world, from);
+        set_ray(rays, i, org, co_normalize(co_sub(to, org)));
+    }
+}
+
+// Leaves each hit on the given side (1: out, -1: in); returns how many rays meet something.
+static size_t leave(const CohortScene *scene, Random *random, const CoRayBatch *rays,
+                    const CoHitBatch *hits, float side, float *farthest)
+{
+    CoRayBatch next;
+    CoHitBatch found;
+    CoPlacementMemo memo = {.instance = COHORT_INVALID_ID};
+    CoTraverseStats stats = {0};
+    fill_rays(&next, &found);
+    for (size_t i = 0; i < RAYS; i++) {
+        if (!(hits->t[i] < INFINITY)) { // aimed past an edge, by rounding
+            set_ray(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
+            continue;
+        }
+        CoHitRecord record = {
+            .tri = hits->tri[i], .u = hits->u[i], .v = hits->v[i], .t = hits->t[i]};
+        CoRay ray = {.dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i])};
+        CoVertex vertex = {0};
+        co_vertex_make(scene, &memo, &record, &ray, &vertex);
+        // The side that the ray came from is outside.
+        CoVec3 out = co_dot(vertex.ng, vertex.wo) > 0.0f ? vertex.ng : co_neg(vertex.ng);
+        CoVec3 normal = co_scale(out, side);
+        CoVec3 org = co_vertex_origin(&vertex, normal), dir = any_direction(random);
+        if (i % 3 == 0) // grazing
+            dir = co_normalize(co_madd(dir, normal, -co_dot(dir, normal) * 0.99999f));
+        if (co_dot(dir, normal) < 0.0f)
+            dir = co_neg(dir);
+        *farthest = fmaxf(*farthest, co_length(co_sub(org, vertex.p)));
+        set_ray(&next, i, org, dir);
+    }
+    co_accel_kernels(NULL)->traverse(&scene->accel, &next, NULL, &found, 0, RAYS, true, &stats);
+    size_t count = 0;
+    for (size_t i = 0; i < RAYS; i++)
+        count += found.t[i] < INFINITY;
+    free_rays(&next, &found);
+    return count;
+}
+
+static void rays_leave_what_they_hit(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof bodies / sizeof *bodies; k++) {
+        const Body *body = &bodies[k];
+        CohortError err = {0};
+        CohortScene *scene = make_scene(body, &err);
+        CoRayBatch rays;
+        CoHitBatch hits;
+        CoTraverseStats stats = {0};
+        Random random = {k << 32};
+        float farthest = 0.0f;
+        fill_rays(&rays, &hits);
+        aim(scene, &random, &rays);
+        co_accel_kernels(NULL)->traverse(&scene->accel, &rays, NULL, &hits, 0, RAYS, true, &stats);
+        size_t again = leave(scene, &random, &rays, &hits, 1.0f, &farthest);
+        size_t inside = leave(scene, &random, &rays, &hits, -1.0f, &farthest);
+        float size =
+            (float)(fmin(fmin(body->scale[0], body->scale[1]), body->scale[2]) * body->outer);
+        print_message("%s: %zu met again, %zu of %d inside, steps up to %g\n", body->name, again,
+                      inside, (int)RAYS, (double)(farthest / size));
+        assert_int_equal(again, 0);
+        // Near an edge a step inward may be a step out through the other side.
+        assert_true(inside >= RAYS - RAYS / 50);
+        assert_true(farthest <= body->most * size);
+        free_rays(&rays, &hits);
+        cohort_scene_destroy(scene);
+    }
+}
+
+static void the_innermost_number_counts(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CohortScene *scene = test_scene(&err);
+    uint32_t matte = test_matte(scene, 0.5f, 0.0f, &err);
+    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, matte, &err);
+    CohortInstanceDesc parts[2] = {test_place(box, 0, 0, 0, 1), test_place(box, 3, 0, 0, 1)};
+    parts[0].prim_id = -1;
+    parts[1].prim_id = 7;
+    uint32_t group = cohort_scene_new_object(scene, &err);
+    TEST_OK(cohort_scene_set_group(scene, group, parts, 2, &err), &err);
+    CohortInstanceDesc wholes[2] = {test_place(group, 0, 0, 0, 1), test_place(group, 0, 5, 0, 1)};
+    wholes[0].prim_id = 4;
+    wholes[1].prim_id = -1;
+    TEST_OK(cohort_scene_set_group(scene, 0, wholes, 2, &err), &err);
+    test_camera(scene, 0, 0, 9, 1.0, &err);
+    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    const int32_t want[4] = {4, 7, -1, 7};
+    for (uint32_t path = 0; path < 4; path++) {
+        CoPlacement placement;
+        co_accel_placement(&scene->accel, path, &placement);
+        assert_int_equal(co_placement_prim_id(scene, &placement), want[path]);
+    }
+    cohort_scene_destroy(scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rays_leave_what_they_hit),
+        cmocka_unit_test(the_innermost_number_counts),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
