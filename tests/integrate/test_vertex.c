@@ -147,7 +147,8 @@ static size_t leave(const CohortScene *scene, Random *random, const CoRayBatch *
         }
         CoHitRecord record = {
             .tri = hits->tri[i], .u = hits->u[i], .v = hits->v[i], .t = hits->t[i]};
-        CoRay ray = {.dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i])};
+        CoRay ray = {0};
+        record.dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
         CoVertex vertex = {0};
         co_vertex_make(scene, &memo, &record, &ray, &vertex);
         // The side that the ray came from is outside.
