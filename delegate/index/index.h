@@ -25,6 +25,7 @@ typedef struct CoPrim {
     uint32_t id;     // of the object, light or material in the scene; INVALID before the first sync
     int32_t prim_id; // meshes
     bool is_visible;
+    uint32_t hidden_from; // meshes: CohortHidden bits
     bool has_geometry;   // meshes: the scene's object is set
     size_t subset_count; // meshes: with that many subsets
     bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor

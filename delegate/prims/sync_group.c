@@ -36,7 +36,8 @@ static bool add_mesh(InstanceList *list, const CoPrim *prim)
         return false;
     CohortInstanceDesc *d = &list->items[list->count++];
     *d = (CohortInstanceDesc){
-        .object = prim->id, .prim_id = prim->prim_id, .hidden = !prim->is_visible};
+        .object = prim->id, .prim_id = prim->prim_id, .hidden = !prim->is_visible,
+        .hidden_from = prim->hidden_from};
     memcpy(d->transform, prim->transform, sizeof d->transform);
     return true;
 }

@@ -137,7 +137,9 @@ static bool sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
         prim->scene->get_mesh &&
         prim->scene->get_mesh(prim->scene->cookie, pull, prim->path, &source, &reason) &&
         apply(index, prim, pull, &source, &reason);
-    if (prim->has_geometry != had_geometry)
+    bool is_seen_otherwise = prim->hidden_from != source.hidden_from;
+    prim->hidden_from = source.hidden_from;
+    if (prim->has_geometry != had_geometry || is_seen_otherwise)
         index->containers[prim->container].is_dirty = true;
     if (prim->has_geometry)
         return true;

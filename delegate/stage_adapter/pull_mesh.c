@@ -208,6 +208,38 @@ static uint32_t ptex_offset(const CohortAdapter *a, const CoRecord *record)
     return 0;
 }
 
+// RenderMan's, Arnold's and our own names for the rays that meet a prim. Constant primvars: the
+// nearest above counts.
+static uint32_t hidden_from(const CohortAdapter *a, const CoRecord *record)
+{
+    static const struct {
+        const char *name;
+        uint32_t bit;
+    } names[] = {{"primvars:cohort:visibility:camera", COHORT_HIDDEN_FROM_CAMERA},
+                 {"primvars:cohort:visibility:shadow", COHORT_HIDDEN_FROM_SHADOW},
+                 {"primvars:cohort:visibility:indirect", COHORT_HIDDEN_FROM_INDIRECT},
+                 {"primvars:ri:attributes:visibility:camera", COHORT_HIDDEN_FROM_CAMERA},
+                 {"primvars:ri:attributes:visibility:transmission", COHORT_HIDDEN_FROM_SHADOW},
+                 {"primvars:ri:attributes:visibility:indirect", COHORT_HIDDEN_FROM_INDIRECT},
+                 {"primvars:ri:visibility:camera", COHORT_HIDDEN_FROM_CAMERA},
+                 {"primvars:ri:visibility:transmission", COHORT_HIDDEN_FROM_SHADOW},
+                 {"primvars:ri:visibility:indirect", COHORT_HIDDEN_FROM_INDIRECT},
+                 {"primvars:arnold:visibility:camera", COHORT_HIDDEN_FROM_CAMERA},
+                 {"primvars:arnold:visibility:shadow", COHORT_HIDDEN_FROM_SHADOW}};
+    uint32_t hidden = 0, known = 0;
+    CoPlace place = {record->prim, record->prototype};
+    do {
+        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+            double value = cohort_prim_double(place.prim, names[i].name, a->time, -1.0);
+            if (value < 0.0 || known & names[i].bit)
+                continue;
+            known |= names[i].bit;
+            hidden |= value == 0.0 ? names[i].bit : 0u;
+        }
+    } while (co_place_up(a, &place));
+    return hidden;
+}
+
 static bool pull_polygons(CohortAdapter *a, const CoRecord *record, CohortPull *pull,
                           CohortMeshSource *out, CohortError *err)
 {
@@ -234,6 +266,7 @@ bool co_pull_mesh(void *cookie, CohortPull *pull, const char *path, CohortMeshSo
                           : pull_polygons(a, record, pull, out, err);
     out->mesh.left_handed = token_of(a, record->prim, "orientation", orientations) != 0;
     out->mesh.ptex_face_offset = ptex_offset(a, record);
+    out->hidden_from = hidden_from(a, record);
     out->material = record->material;
     return ok && co_pull_primvars(a, record, pull, out, err);
 }

@@ -31,6 +31,7 @@ bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh);
 typedef struct CoInstance {
     uint32_t object;
     CoAffine to_group, to_object;
+    uint32_t hidden_from; // CohortHidden bits
 } CoInstance;
 
 typedef struct CoTop CoTop; // BVH over the instances of one group
@@ -77,16 +78,19 @@ typedef struct CoTraverseStats {
     uint64_t invalid; // rays rejected, see CoTraverseFn
 } CoTraverseStats;
 
+enum { CO_TRAVERSE_OCCLUSION = 1 };
+
 // Traverses rays [begin, end) of a batch as groups of 64 and fills hits [begin, end).
 // A hit lies strictly inside the ray: tnear < t < tfar. hit.t is in units of the length of dir,
 // which need not be 1; u and v are the barycentrics of corners 1 and 2. A miss has t = INFINITY and
 // COHORT_INVALID_ID for both ids.
-// occlusion: per ray, 1 = only whether anything blocks it matters: a blocked ray gets t = 0 and
+// flags: per ray, the CohortHidden bit of what it is, and
+// CO_TRAVERSE_OCCLUSION: only whether anything blocks it matters: a blocked ray gets t = 0 and
 // COHORT_INVALID_ID for both ids (which blocker is met first is no property of the ray); NULL =
-// none. grouped: false = ray by ray. Same hits either way, bit for bit. Rays with a NaN anywhere,
+// none, and nothing is hidden. grouped: false = ray by ray. Same hits either way, bit for bit. Rays with a NaN anywhere,
 // an infinite origin or direction or a zero direction are invalid: t = NAN.
 typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
-                          const uint8_t *occlusion, CoHitBatch *hits, size_t begin, size_t end,
+                          const uint8_t *flags, CoHitBatch *hits, size_t begin, size_t end,
                           bool grouped, CoTraverseStats *stats);
 
 // Table of the kernels of one instruction set; NULL if this machine lacks it or it is masked off.

@@ -132,9 +132,9 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
     if (co_ray_kind(words) == CO_RAY_LIGHT) {
         if (!is_hit)
             end_light_ray(render, i, words, counts);
-        else if (b->occlusion[i])
+        else if (b->flags[i] & CO_TRAVERSE_OCCLUSION)
             counts->blocked++;
-        if (!is_hit || b->occlusion[i])
+        if (!is_hit || (b->flags[i] & CO_TRAVERSE_OCCLUSION))
             return false;
     } else {
         collect_lights(render, i, words);

@@ -42,7 +42,7 @@ typedef struct CoActiveBatch {
     CoRayRecords records;
     CoRayBatch rays;
     CoHitBatch hits;
-    uint8_t *occlusion;       // [capacity]
+    uint8_t *flags;           // [capacity] of co_traverse
     CoHitRecord *hit_records; // [capacity], in ray order, then in shading order
     CoHitRecord *hit_sorted;  // [capacity]
     uint32_t *hit_object, *hit_tri, *hit_order; // [capacity] keys and result of the hit sort

@@ -132,6 +132,7 @@ static void place_instances(CohortScene *scene, CoSceneObject *object, const dou
         }
         CoInstance *out = &object->instances[object->instance_count];
         out->object = desc->object;
+        out->hidden_from = desc->hidden_from;
         out->to_group = co_affine_from_mat4d(&m);
         out->to_object = co_affine_from_mat4d(&inverse);
         object->edit_of[object->instance_count++] = i;

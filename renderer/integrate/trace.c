@@ -33,17 +33,23 @@ static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-// Only light rays stop at the first blocker, and only where every surface blocks. Which rays those are
-// stands in their records; asked after the sort has moved them.
-static void mark_occlusion(void *context, size_t begin, size_t end, uint32_t worker)
+// Only light rays stop at the first blocker, and only where every surface blocks. What rays are stands
+// in their records; asked after the sort has moved them.
+static void mark_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
+    static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
+                                      [CO_RAY_BSDF] = COHORT_HIDDEN_FROM_INDIRECT,
+                                      [CO_RAY_LIGHT] = COHORT_HIDDEN_FROM_SHADOW};
     bool can_stop = !render->scene->has_cutouts;
     for (size_t i = begin; i < end; i++) {
         const uint32_t *words = &b->records.words[(size_t)b->rays.record[i] * render->ray_words];
-        b->occlusion[i] = can_stop && co_ray_kind(words) == CO_RAY_LIGHT;
+        uint32_t kind = co_ray_kind(words);
+        b->flags[i] = classes[kind];
+        if (can_stop && kind == CO_RAY_LIGHT)
+            b->flags[i] |= CO_TRAVERSE_OCCLUSION;
     }
 }
 
@@ -56,7 +62,7 @@ static void traverse(void *context, size_t begin, size_t end, uint32_t worker)
     size_t first = begin * CO_GROUP_RAYS, last = end * CO_GROUP_RAYS;
     if (last > b->rays.count)
         last = b->rays.count;
-    render->kernels->traverse(&render->scene->accel, &b->rays, b->occlusion, &b->hits, first, last,
+    render->kernels->traverse(&render->scene->accel, &b->rays, b->flags, &b->hits, first, last,
                               render->groups_rays, &render->workers[worker].traverse);
     render->workers[worker].traced += last - first;
 }
@@ -70,7 +76,7 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
     co_parallel_for(b->rays.count, 4096, bound_rays, render);
     if (render->sorts_rays && !co_sort_rays(&b->rays, render->settings.sorter, &b->sort_scratch, err))
         return false;
-    co_parallel_for(b->rays.count, 16384, mark_occlusion, render);
+    co_parallel_for(b->rays.count, 16384, mark_rays, render);
     double sorted = co_clock_seconds();
     co_parallel_for((b->rays.count + CO_GROUP_RAYS - 1) / CO_GROUP_RAYS, 16, traverse, render);
     render->seconds_sort_rays += sorted - start;

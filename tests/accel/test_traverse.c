@@ -341,6 +341,58 @@ static void nothing_is_hit_in_empty_scenes(void **state)
     mesh_free(&none);
 }
 
+// What is hidden from a ray is as if it were not there; from others it is not hidden.
+static void hidden_instances_are_not_met(void **state)
+{
+    (void)state;
+    enum { RAYS = 3000 };
+    TestMesh near = mesh_soup(200, 0.5f, 5), far = mesh_soup(300, 0.5f, 6);
+    const uint32_t all = COHORT_HIDDEN_FROM_CAMERA | COHORT_HIDDEN_FROM_SHADOW;
+    CoHitBatch hits[3];
+    uint8_t *flags = malloc(RAYS);
+    assert_non_null(flags);
+    for (int i = 0; i < RAYS; i++)
+        flags[i] = i % 3 ? COHORT_HIDDEN_FROM_INDIRECT : COHORT_HIDDEN_FROM_CAMERA;
+    // Hidden from no ray, from some, from those and the group's own: as the far one alone.
+    for (int k = 0; k < 3; k++) {
+        TestScene s = {0};
+        uint32_t a = scene_add_mesh(&s, &near), b = scene_add_mesh(&s, &far);
+        CoInstance inner[2] = {place(a, co_mat4d_identity()), place(b, co_mat4d_identity())};
+        inner[0].hidden_from = k == 1 ? all : 0;
+        uint32_t group = scene_add_group(&s, inner, 2);
+        CoInstance outer[2] = {place(group, co_mat4d_identity()), place(b, co_mat4d_identity())};
+        outer[0].hidden_from = k == 2 ? all : 0;
+        s.scene.root = scene_add_group(&s, outer, 2);
+        CoRayBatch rays = rays_alloc(RAYS);
+        Random random = {9};
+        for (size_t i = 0; i < RAYS; i++)
+            ray_set(&rays, i, random_vec3(&random, -1, 1), random_vec3(&random, -1, 1));
+        hits[k] = hits_alloc(RAYS);
+        traverse_all(&s.scene, &rays, flags, &hits[k], NULL);
+        rays_free(&rays);
+        scene_clear(&s);
+    }
+    size_t missed = 0;
+    for (size_t i = 0; i < RAYS; i++) {
+        bool is_seeing = flags[i] == COHORT_HIDDEN_FROM_INDIRECT;
+        for (int k = 1; k < 3; k++) {
+            if (is_seeing) {
+                assert_true(same_bits(&hits[0].t[i], &hits[k].t[i], 1));
+                assert_int_equal(hits[0].instance[i], hits[k].instance[i]);
+            } else if (hits[k].instance[i] != COHORT_INVALID_ID) {
+                assert_int_equal(hits[k].instance[i], k); // path 0: hidden; 1: in the group; 2: beside it
+            }
+        }
+        missed += !is_seeing && hits[0].instance[i] == 0;
+    }
+    assert_true(missed > 100);
+    for (int k = 0; k < 3; k++)
+        hits_free(&hits[k]);
+    free(flags);
+    mesh_free(&near);
+    mesh_free(&far);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -349,6 +401,7 @@ int main(void)
         cmocka_unit_test(tnear_peels_hit_by_hit),
         cmocka_unit_test(invalid_rays_are_counted),
         cmocka_unit_test(directions_of_any_length_work),
+        cmocka_unit_test(hidden_instances_are_not_met),
         cmocka_unit_test(nothing_is_hit_in_empty_scenes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -105,7 +105,7 @@ typedef struct Place {
 static void place(Place *p, const CoMesh *mesh, const CoBvh *bvh)
 {
     CoAffine identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    p->instance = (CoInstance){0, identity, identity};
+    p->instance = (CoInstance){.to_group = identity, .to_object = identity};
     p->objects[0] =
         (CoObject){.mesh = mesh, .bvh = bvh, .box_min = mesh->box_min, .box_max = mesh->box_max};
     p->objects[1] = (CoObject){.top = co_top_create(&p->instance, 1, p->objects, NULL),

@@ -163,7 +163,7 @@ static void finish(BenchScene *scene)
         const CoMesh *mesh = &scene->meshes[i];
         scene->objects[i] =
             (CoObject){.mesh = mesh, .box_min = mesh->box_min, .box_max = mesh->box_max};
-        scene->instances[i] = (CoInstance){i, identity, identity};
+        scene->instances[i] = (CoInstance){.object = i, .to_group = identity, .to_object = identity};
         scene->triangles += mesh->tri_count;
         scene->mesh_bytes += 12 * ((size_t)mesh->point_count + mesh->tri_count);
     }

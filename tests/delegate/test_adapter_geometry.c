@@ -84,6 +84,21 @@ static void test_visibility_and_purpose(void **state)
     assert_int_equal(fake.set_mesh_calls, 2); // nothing was built again
 }
 
+static void test_hidden_from_some_rays(void **state)
+{
+    (void)state;
+    open_stage("def Xform \"A\" { int primvars:ri:attributes:visibility:camera = 0\n"
+               "bool primvars:arnold:visibility:shadow = false\n" TRIANGLE("M", "")
+                   TRIANGLE("N", "int primvars:cohort:visibility:camera = 1\n"
+                                 "int primvars:cohort:visibility:indirect = 0") "}\n"
+               TRIANGLE("O", ""));
+    assert_int_equal(root_instance("/A/M")->hidden_from,
+                     COHORT_HIDDEN_FROM_CAMERA | COHORT_HIDDEN_FROM_SHADOW);
+    assert_int_equal(root_instance("/A/N")->hidden_from,
+                     COHORT_HIDDEN_FROM_SHADOW | COHORT_HIDDEN_FROM_INDIRECT);
+    assert_int_equal(root_instance("/O")->hidden_from, 0);
+}
+
 static void test_asked_purposes_win(void **state)
 {
     (void)state;
@@ -420,6 +435,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_transforms_multiply_up, teardown),
         cmocka_unit_test_teardown(test_visibility_and_purpose, teardown),
+        cmocka_unit_test_teardown(test_hidden_from_some_rays, teardown),
         cmocka_unit_test_teardown(test_asked_purposes_win, teardown),
         cmocka_unit_test_teardown(test_time_moves_and_deforms, teardown),
         cmocka_unit_test_teardown(test_frame_of_a_range_is_that_frame, teardown),

@@ -171,6 +171,7 @@ typedef struct CohortMeshSource {
     size_t points_sample_count;
     const char *material;                // path in the index, NULL or "" = none
     const char *const *subset_materials; // [mesh.subset_count] paths
+    uint32_t hidden_from;                // CohortHidden bits; a primvar's change brings others
 } CohortMeshSource;
 
 typedef struct CohortInstancesSample {

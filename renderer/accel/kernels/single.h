@@ -108,6 +108,8 @@ static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t in
     const CoInstance *instance = &walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
     const CoBox *box = &top->boxes[index];
+    if (instance->hidden_from && group->flags && group->flags[ray->slot] & instance->hidden_from)
+        return;
     Ray inner;
     inner.entry = ray->entry;
     inner.exit = ray->exit;

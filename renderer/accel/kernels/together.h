@@ -184,6 +184,17 @@ static inline void take_inner(const Rays *rays, const StreamRows *rows, uint64_t
     }
 }
 
+// Rays that may meet what is hidden from some.
+static uint64_t not_hidden(const Group *group, const Rays *rays, uint64_t active, uint32_t hidden)
+{
+    for (uint64_t left = group->flags ? active : 0; left; left &= left - 1) {
+        uint32_t j = (uint32_t)__builtin_ctzll(left);
+        if (group->flags[rays->slot[j]] & hidden)
+            active &= ~(1ull << j);
+    }
+    return active;
+}
+
 // Rays `active` of a group's space through one of its instances.
 static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
                            const Walk *walk, uint32_t index)
@@ -193,6 +204,8 @@ static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uin
     const CoObject *object = &group->scene->objects[instance->object];
     if (is_empty(object))
         return;
+    if (instance->hidden_from)
+        active = not_hidden(group, rays, active, instance->hidden_from);
     Rays inner;
     inner.count = 0;
     take_inner(rays, rows, active, &top->boxes[index], &inner);

@@ -23,6 +23,7 @@ typedef struct Group {
     float best_u[CO_GROUP_RAYS], best_v[CO_GROUP_RAYS];
     uint32_t best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS];
     uint64_t found, occlusion; // one bit per slot
+    const uint8_t *flags;      // by slot, or NULL
     uint32_t hits;             // so far; tells whether a test may come out otherwise now
 } Group;
 
@@ -331,9 +332,11 @@ static void give_hits(const Group *group, const float *scale, CoHitBatch *hits, 
     }
 }
 
-static inline void open_group(Group *group, const CoAccelScene *scene, CoTraverseStats *stats)
+static inline void open_group(Group *group, const CoAccelScene *scene, const uint8_t *flags,
+                              CoTraverseStats *stats)
 {
     group->scene = scene;
+    group->flags = flags;
     group->stats = stats;
     group->found = 0;
     group->occlusion = 0;
@@ -358,17 +361,17 @@ static void drop_invalid(Rays *rays, const float *scale)
     }
 }
 
-static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *occlusion,
+static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
                       CoHitBatch *hits, size_t begin, uint32_t count, CoTraverseStats *stats)
 {
     Group group;
     Rays rays;
     Intake in;
-    open_group(&group, scene, stats);
+    open_group(&group, scene, flags ? flags + begin : NULL, stats);
     read_batch(batch, begin, count, &rays, &in);
     scale_rays(&rays, &in, &group);
-    for (uint32_t slot = 0; occlusion && slot < count; slot++)
-        group.occlusion |= (uint64_t)(occlusion[begin + slot] != 0) << slot;
+    for (uint32_t slot = 0; flags && slot < count; slot++)
+        group.occlusion |= (uint64_t)(flags[begin + slot] & CO_TRAVERSE_OCCLUSION) << slot;
     rays.count = count;
     drop_invalid(&rays, in.scale);
     stats->invalid += count - rays.count;
@@ -408,19 +411,19 @@ static bool take_ray(Group *group, const CoRayBatch *batch, size_t i, Ray *ray, 
 }
 
 static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch,
-                         const uint8_t *occlusion, CoHitBatch *hits, size_t i,
+                         const uint8_t *flags, CoHitBatch *hits, size_t i,
                          CoTraverseStats *stats)
 {
     Group group;
     Ray ray;
     float scale;
-    open_group(&group, scene, stats);
+    open_group(&group, scene, flags ? flags + i : NULL, stats);
     if (!take_ray(&group, batch, i, &ray, &scale)) {
         stats->invalid++;
         give_none(hits, i, __builtin_nanf(""));
         return;
     }
-    group.occlusion = occlusion && occlusion[i];
+    group.occlusion = flags && flags[i] & CO_TRAVERSE_OCCLUSION;
     const CoObject *root = &scene->objects[scene->root];
     if (root->top && !is_empty(root)) {
         const Walk walk = walk_of(root, 0);
@@ -431,13 +434,13 @@ static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch,
 }
 
 void CO_LANE_NAME(co_accel_traverse)(const CoAccelScene *scene, const CoRayBatch *rays,
-                                     const uint8_t *occlusion, CoHitBatch *hits, size_t begin,
+                                     const uint8_t *flags, CoHitBatch *hits, size_t begin,
                                      size_t end, bool grouped, CoTraverseStats *stats)
 {
     for (size_t i = begin; !grouped && i < end; i++)
-        trace_single(scene, rays, occlusion, hits, i, stats);
+        trace_single(scene, rays, flags, hits, i, stats);
     for (size_t i = begin; grouped && i < end; i += CO_GROUP_RAYS) {
         uint32_t count = (uint32_t)(end - i < CO_GROUP_RAYS ? end - i : CO_GROUP_RAYS);
-        trace_run(scene, rays, occlusion, hits, i, count, stats);
+        trace_run(scene, rays, flags, hits, i, count, stats);
     }
 }

@@ -105,12 +105,20 @@ typedef struct CohortMeshDesc {
     uint32_t ptex_face_offset; // added to the Ptex face id (ptexFaceOffset)
 } CohortMeshDesc;
 
+// Rays that do not meet what is hidden from them.
+typedef enum CohortHidden {
+    COHORT_HIDDEN_FROM_CAMERA = 2,
+    COHORT_HIDDEN_FROM_SHADOW = 4,  // light samples
+    COHORT_HIDDEN_FROM_INDIRECT = 8 // all others: reflection, refraction, diffuse bounces
+} CohortHidden;
+
 // One placement of an object inside a group.
 typedef struct CohortInstanceDesc {
     uint32_t object;         // a mesh or a group
     double transform[4][4];  // object to group (to world for the root)
     int32_t prim_id;         // what the primId AOV shows; -1 inherits from the enclosing instance
     bool hidden;             // takes no part in anything
+    uint32_t hidden_from;    // CohortHidden bits
     const float *display_color; // 3 floats replacing the mesh's displayColor, or NULL
 } CohortInstanceDesc;
 
