@@ -2,6 +2,7 @@
 // rays in one run, in turns. Not a test, though it fails when hits differ. bench_traversal --help.
 
 #include "traversal_embree.h"
+#include "traversal_options.h"
 #include "traversal_rays.h"
 
 #include "base/clock.h"
@@ -15,40 +16,13 @@
 #include <time.h>
 
 enum {
-    REPEATS_MAX = 31,
     CONTENDERS_MAX = 8,
     GRAIN = 1024,
     SORT_PAYS_BYTES = 24 << 20 // as integrate/render.c has it
 };
 
-static const char usage[] =
-    "usage: bench_traversal [--json] [options]\n"
-    "  --scenes LIST   of room_1m,city_10m,city_50m,shaderball,small (all; city_50m takes 12 GB)\n"
-    "  --isa LIST      of avx2,avx512 (both)\n"
-    "  --threads LIST  (1,2)\n"
-    "  --rays LIST     of primary,diffuse,shuffled (all)\n"
-    "  --what LIST     of closest,occluded,sorted_batch,sorted_total,build,bytes (all)\n"
-    "  --batch N       2^N rays to a sorted batch (22)\n"
-    "  --count N       2^N rays to the other measurements (21)\n"
-    "  --repeats N     median of N (5)\n"
-    "  --cpu           processor seconds: for a machine that is not idle\n"
-    "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
-    "Millions per second (bytes: per triangle); ratios above 1: Cohort is better. closest, "
-    "occluded:\n"
-    "ray by ray against single rays; primary rays in groups against the best packets. "
-    "sorted_batch:\n"
-    "against the best of singles and packets on the same sorted rays. sorted_total: packing, "
-    "bins,\n"
-    "sort and traversal against single rays in the order they were made in.\n";
-
-typedef struct Options {
-    const char *scenes, *isas, *threads, *rays, *what, *stage;
-    int batch_bits, count_bits, repeats;
-    bool json, cpu;
-} Options;
-
 typedef struct Bench {
-    const Options *options;
+    const BenchOptions *options;
     BenchScene scene;
     BenchRays rays;
     CoRayBatch shuffled, shuffled_light;
@@ -60,15 +34,6 @@ typedef struct Bench {
     CoSortScratch scratch;
     bool has_printed, is_wrong;
 } Bench;
-
-static bool is_listed(const char *list, const char *name)
-{
-    size_t n = strlen(name);
-    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL)
-        if (strncmp(at, name, n) == 0 && (at[n] == '\0' || at[n] == ','))
-            return true;
-    return false;
-}
 
 // --- one measurement ----------------------------------------------------------------------------
 
@@ -86,7 +51,7 @@ typedef struct Contender {
     BenchEmbree *embree; // or this
     uint32_t width;      // of its packets
     bool coherent;
-    double seconds[REPEATS_MAX];
+    double seconds[BENCH_REPEATS_MAX];
 } Contender;
 
 typedef struct Trace {
@@ -128,7 +93,7 @@ static int compare_doubles(const void *a, const void *b)
 
 static double median(const double *values, int count)
 {
-    double sorted[REPEATS_MAX];
+    double sorted[BENCH_REPEATS_MAX];
     memcpy(sorted, values, (size_t)count * sizeof *sorted);
     qsort(sorted, (size_t)count, sizeof *sorted, compare_doubles);
     return count % 2 ? sorted[count / 2] : 0.5 * (sorted[count / 2 - 1] + sorted[count / 2]);
@@ -186,7 +151,7 @@ static void finish_row(Bench *bench, const char *rays, const char *what, double 
         double rate = count * 1e-6 / median(contenders[c].seconds, repeats);
         if (rate <= row.embree[mode])
             continue;
-        double ratios[REPEATS_MAX];
+        double ratios[BENCH_REPEATS_MAX];
         for (int i = 0; i < repeats; i++)
             ratios[i] = contenders[c].seconds[i] / contenders[0].seconds[i];
         row.embree[mode] = rate;
@@ -356,8 +321,27 @@ static void pack_range(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
-static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts)
+// Where the time of sorted_total goes.
+typedef enum Part {
+    PART_PACK, // and bin
+    PART_DECODE,
+    PART_SORT,
+    PART_TRACE,
+    PART_COUNT
+} Part;
+
+// Adds the time since *since to a part.
+static void book(const Bench *bench, double *since, double parts[PART_COUNT], Part part)
 {
+    double at = now(bench);
+    parts[part] += at - *since;
+    *since = at;
+}
+
+static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts,
+                          double parts[PART_COUNT])
+{
+    double since = now(bench);
     CoRayRecords records;
     const Contender own = {.grouped = true};
     for (;;) {
@@ -365,10 +349,13 @@ static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool
             (records.count == 0 && !co_ray_bins_drain(bins, &records, NULL)) || records.count == 0)
             return;
         co_ray_batch_decode(&records, 0, batch);
+        book(bench, &since, parts, PART_DECODE);
         if (sorts)
             co_sort_rays(batch, COHORT_SORTER_FAST, &bench->scratch, NULL);
+        book(bench, &since, parts, PART_SORT);
         Trace trace = {.bench = bench, .contender = &own, .rays = batch, .hits = &bench->hits};
         trace_seconds(&trace);
+        book(bench, &since, parts, PART_TRACE);
         co_ray_bins_recycle(bins, &records);
     }
 }
@@ -392,13 +379,16 @@ static void measure_sorted_total(Bench *bench)
     CoRayBins *bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(), NULL, NULL);
     if (!bins || !co_ray_batch_reserve(&batch, capacity, NULL))
         return;
+    double parts[PART_COUNT] = {0}, scale = 1e9 / (double)rays->count; // of the last round
     bool sorts = bench_scene_tree_bytes(&bench->scene) + bench->scene.mesh_bytes > SORT_PAYS_BYTES;
     for (int round = -1; round < bench->options->repeats; round++) { // the first one makes files
-        double start = now(bench);
+        double start = now(bench), since = start;
         Pack pack = {rays, bins};
         co_parallel_for(rays->count, GRAIN, pack_range, &pack);
         co_ray_bins_flush(bins, NULL);
-        trace_batches(bench, bins, &batch, sorts);
+        memset(parts, 0, sizeof parts);
+        book(bench, &since, parts, PART_PACK);
+        trace_batches(bench, bins, &batch, sorts, parts);
         contenders[0].seconds[round < 0 ? 0 : round] = now(bench) - start;
         for (int c = 1; c < n && round >= 0; c++)
             for (size_t i = 0; i < rays->count; i += capacity) {
@@ -408,35 +398,38 @@ static void measure_sorted_total(Bench *bench)
             }
     }
     finish_row(bench, "diffuse", "sorted_total", (double)rays->count, contenders, n);
+    fprintf(stderr, "  ns per ray: %.0f packing, %.0f decoding, %.0f sorting, %.0f traversal\n",
+            scale * parts[PART_PACK], scale * parts[PART_DECODE], scale * parts[PART_SORT],
+            scale * parts[PART_TRACE]);
     co_ray_bins_destroy(bins);
     co_ray_batch_clear(&batch);
 }
 
 static void measure_all_rays(Bench *bench)
 {
-    const Options *o = bench->options;
+    const BenchOptions *o = bench->options;
     for (int occlusion = 0; occlusion < 2; occlusion++) {
-        if (!is_listed(o->what, occlusion ? "occluded" : "closest"))
+        if (!bench_is_listed(o->what, occlusion ? "occluded" : "closest"))
             continue;
-        if (is_listed(o->rays, "primary") && !occlusion)
+        if (bench_is_listed(o->rays, "primary") && !occlusion)
             measure_rays(bench, "primary", &bench->rays.primary, false);
         CoRayBatch few = bench->rays.diffuse;
         few.count = bench->shuffled.count;
-        if (is_listed(o->rays, "diffuse"))
+        if (bench_is_listed(o->rays, "diffuse"))
             measure_rays(bench, "diffuse", occlusion ? &bench->rays.light : &few, occlusion);
-        if (is_listed(o->rays, "shuffled"))
+        if (bench_is_listed(o->rays, "shuffled"))
             measure_rays(bench, "shuffled", occlusion ? &bench->shuffled_light : &bench->shuffled,
                          occlusion);
     }
-    if (is_listed(o->what, "sorted_batch") && is_listed(o->rays, "diffuse"))
+    if (bench_is_listed(o->what, "sorted_batch") && bench_is_listed(o->rays, "diffuse"))
         measure_sorted_batches(bench);
-    if (is_listed(o->what, "sorted_total") && is_listed(o->rays, "diffuse"))
+    if (bench_is_listed(o->what, "sorted_total") && bench_is_listed(o->rays, "diffuse"))
         measure_sorted_total(bench);
 }
 
 static void measure_build(Bench *bench)
 {
-    double seconds[3][REPEATS_MAX] = {{0}}, ratios[2][REPEATS_MAX] = {{0}},
+    double seconds[3][BENCH_REPEATS_MAX] = {{0}}, ratios[2][BENCH_REPEATS_MAX] = {{0}},
            count = (double)bench->scene.triangles;
     int repeats = bench->options->repeats;
     Row row = {.what = "build"};
@@ -479,7 +472,7 @@ static void report_bytes(Bench *bench)
 
 static void measure_isa(Bench *bench)
 {
-    const Options *o = bench->options;
+    const BenchOptions *o = bench->options;
     double seconds;
     bench->kernels = co_accel_kernels(bench->isa);
     if (!bench->kernels) {
@@ -488,47 +481,33 @@ static void measure_isa(Bench *bench)
     }
     for (int mode = 0; mode < 2; mode++)
         bench->embree[mode] = bench_embree_create(&bench->scene, bench->isa, mode, 2, &seconds);
-    if (is_listed(o->what, "bytes")) {
+    if (bench_is_listed(o->what, "bytes")) {
         bench->threads = 1;
         report_bytes(bench);
     }
     for (bench->threads = 1; bench->threads <= 64; bench->threads++) {
         char number[8];
         snprintf(number, sizeof number, "%u", bench->threads);
-        if (!is_listed(o->threads, number))
+        if (!bench_is_listed(o->threads, number))
             continue;
         co_worker_count_set(bench->threads);
         measure_all_rays(bench);
-        if (is_listed(o->what, "build") && bench->scene.meshes)
+        if (bench_is_listed(o->what, "build") && bench->scene.meshes)
             measure_build(bench);
     }
     bench_embree_destroy(bench->embree[0]);
     bench_embree_destroy(bench->embree[1]);
 }
 
-static bool open_scene(Bench *bench, const char *name)
-{
-    char path[1024], why[256];
-    const char *shared = getenv("COHORT_SHARED");
-    if (strcmp(name, "shaderball") != 0)
-        return bench_scene_make(name, &bench->scene) && bench_scene_build(&bench->scene);
-    snprintf(path, sizeof path, "%s/stages/full_assets/StandardShaderBall/%s",
-             shared ? shared : COHORT_SHARED_DIR, "standard_shader_ball_scene.usda");
-    if (bench_scene_load(bench->options->stage ? bench->options->stage : path, &bench->scene, why,
-                         sizeof why))
-        return true;
-    fprintf(stderr, "shaderball skipped: %s\n", why);
-    return false;
-}
-
 static void measure_scene(Bench *bench, const char *name)
 {
-    const Options *o = bench->options;
+    const BenchOptions *o = bench->options;
     size_t count = (size_t)1 << o->count_bits, batch = (size_t)1 << o->batch_bits;
-    bool is_sorted = is_listed(o->what, "sorted_batch") || is_listed(o->what, "sorted_total");
+    bool is_sorted =
+        bench_is_listed(o->what, "sorted_batch") || bench_is_listed(o->what, "sorted_total");
     size_t diffuse = is_sorted && CO_RAY_BINS * batch > count ? CO_RAY_BINS * batch : count;
     co_worker_count_set(0);
-    if (!open_scene(bench, name))
+    if (!bench_scene_open(name, o->stage, &bench->scene))
         return;
     bool is_good = bench_rays_make(&bench->scene, diffuse, count, &bench->rays) &&
                    bench_rays_copy(&bench->rays.diffuse, count, true, &bench->shuffled) &&
@@ -540,7 +519,7 @@ static void measure_scene(Bench *bench, const char *name)
             (unsigned long long)bench->scene.path_count);
     for (int k = 0; is_good && k < 2; k++) {
         bench->isa = k == 0 ? "avx2" : "avx512";
-        if (is_listed(o->isas, bench->isa))
+        if (bench_is_listed(o->isas, bench->isa))
             measure_isa(bench);
     }
     bench_rays_destroy(&bench->rays);
@@ -549,65 +528,19 @@ static void measure_scene(Bench *bench, const char *name)
     bench_scene_destroy(&bench->scene);
 }
 
-static bool read_options(int argc, char **argv, Options *o)
-{
-    for (int i = 1; i < argc; i++) {
-        const char *key = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
-        if (strcmp(key, "--json") == 0 || strcmp(key, "--cpu") == 0) {
-            o->json = o->json || key[2] == 'j';
-            o->cpu = o->cpu || key[2] == 'c';
-            continue;
-        }
-        if (!value)
-            return false;
-        i++;
-        if (strcmp(key, "--scenes") == 0)
-            o->scenes = value;
-        else if (strcmp(key, "--isa") == 0)
-            o->isas = value;
-        else if (strcmp(key, "--threads") == 0)
-            o->threads = value;
-        else if (strcmp(key, "--rays") == 0)
-            o->rays = value;
-        else if (strcmp(key, "--what") == 0)
-            o->what = value;
-        else if (strcmp(key, "--stage") == 0)
-            o->stage = value;
-        else if (strcmp(key, "--batch") == 0)
-            o->batch_bits = atoi(value);
-        else if (strcmp(key, "--count") == 0)
-            o->count_bits = atoi(value);
-        else if (strcmp(key, "--repeats") == 0)
-            o->repeats = atoi(value);
-        else
-            return false;
-    }
-    return o->repeats >= 1 && o->repeats <= REPEATS_MAX && o->batch_bits >= 8 &&
-           o->batch_bits <= 24 && o->count_bits >= 8 && o->count_bits <= 24;
-}
-
 int main(int argc, char **argv)
 {
     const char *const scenes[] = {"small", "room_1m", "city_10m", "city_50m", "shaderball"};
-    Options options = {.scenes = "room_1m,city_10m,city_50m,shaderball,small",
-                       .isas = "avx2,avx512",
-                       .threads = "1,2",
-                       .rays = "primary,diffuse,shuffled",
-                       .what = "closest,occluded,sorted_batch,sorted_total,build,bytes",
-                       .batch_bits = 22,
-                       .count_bits = 21,
-                       .repeats = 5};
-    if (!read_options(argc, argv, &options)) {
-        fputs(usage, stderr);
+    BenchOptions options;
+    if (!bench_options_read(argc, argv, &options))
         return 2;
-    }
     static Bench bench;
     bench.options = &options;
     if (!options.json)
         printf("scene      rays     threads isa  what         cohort | embree fast, robust | "
                "ratios\n");
     for (int i = 0; i < 5; i++)
-        if (is_listed(options.scenes, scenes[i]))
+        if (bench_is_listed(options.scenes, scenes[i]))
             measure_scene(&bench, scenes[i]);
     if (options.json)
         printf("%s\n]\n", bench.has_printed ? "" : "[");

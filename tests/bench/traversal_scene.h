@@ -23,8 +23,9 @@ typedef struct BenchScene {
 // "room_1m", "city_10m", "city_50m" or "small". False for another name. Trees are not built.
 bool bench_scene_make(const char *name, BenchScene *out);
 
-// Every mesh of a stage, through the loader, trees built. False with a sentence in `why`.
-bool bench_scene_load(const char *path, BenchScene *out, char *why, size_t why_size);
+// Any of those, or "shaderball", every mesh of a stage through the loader (NULL: the shader ball).
+// Trees are built. False with a sentence on stderr.
+bool bench_scene_open(const char *name, const char *stage, BenchScene *out);
 
 // Builds the trees of a made scene as a commit does, with co_worker_count() threads; drops them.
 bool bench_scene_build(BenchScene *scene);

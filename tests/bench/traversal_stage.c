@@ -1,4 +1,4 @@
-// A stage's meshes as the engine has them after a commit.
+// Scenes by name: made ones, and a stage's meshes as the engine has them after a commit.
 #include "traversal_scene.h"
 
 #include "cohort/stage_adapter.h"
@@ -6,8 +6,10 @@
 #include "integrate/scene_data.h"
 
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
-bool bench_scene_load(const char *path, BenchScene *out, char *why, size_t why_size)
+static bool load_stage(const char *path, BenchScene *out, char *why, size_t why_size)
 {
     CohortError err = {0};
     CohortAdapterOptions options = {0};
@@ -48,4 +50,18 @@ bool bench_scene_load(const char *path, BenchScene *out, char *why, size_t why_s
     out->light_high = co_madd(middle, half, 0.2f);
     out->light_low.y = out->light_high.y = root->box_max.y;
     return true;
+}
+
+bool bench_scene_open(const char *name, const char *stage, BenchScene *out)
+{
+    char path[1024], why[256];
+    const char *shared = getenv("COHORT_SHARED");
+    if (strcmp(name, "shaderball") != 0)
+        return bench_scene_make(name, out) && bench_scene_build(out);
+    snprintf(path, sizeof path, "%s/stages/full_assets/StandardShaderBall/%s",
+             shared ? shared : COHORT_SHARED_DIR, "standard_shader_ball_scene.usda");
+    if (load_stage(stage ? stage : path, out, why, sizeof why))
+        return true;
+    fprintf(stderr, "shaderball skipped: %s\n", why);
+    return false;
 }
