@@ -44,60 +44,65 @@ void check_found(Check *check, FindingCode code, CohortSeverity severity, const 
 
 // ---- What the loader reports -------------------------------------------------------------------
 
-static void release(Check *check, FindingCode code)
-{
-    const CohortError *held = &check->held;
-    if (held->code != COHORT_OK)
-        findings_add(&check->findings, &(Finding){.code = code,
-                                                  .severity = COHORT_SEVERITY_ERROR,
-                                                  .layer = held->file,
-                                                  .prim = held->prim_path,
-                                                  .text = held->message});
-    check->held = (CohortError){0};
-}
-
 // What composition goes on without is broken, what it merely ignores is not.
-static FindingCode classify(const char *text, CohortSeverity *severity)
+static const struct {
+    FindingCode code;
+    CohortSeverity severity;
+} problem_findings[COHORT_PROBLEM_KIND_COUNT] = {
+    [COHORT_PROBLEM_ARC_CYCLE] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_ARC_CAPACITY] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_ARC_TO_MOVED_PRIM] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_INVALID_PRIM_PATH] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_UNRESOLVED_PRIM_PATH] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_INVALID_ASSET_PATH] = {FINDING_MISSING_LAYER, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_MUTED_ASSET_PATH] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_INVALID_REFERENCE_OFFSET] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_INVALID_SUBLAYER_OFFSET] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_INVALID_SUBLAYER_PATH] = {FINDING_MISSING_LAYER, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_SUBLAYER_CYCLE] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_INVALID_RELOCATE] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_CONFLICTING_RELOCATE] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_SAME_TARGET_RELOCATES] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_OPINION_AT_RELOCATION_SOURCE] = {FINDING_COMPOSITION, COHORT_SEVERITY_WARNING},
+    [COHORT_PROBLEM_VARIABLE_EXPRESSION] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+    [COHORT_PROBLEM_CLIPS] = {FINDING_COMPOSITION, COHORT_SEVERITY_ERROR},
+};
+
+static void add_problems(Check *check)
 {
-    if (strstr(text, "cannot open")) {
-        *severity = COHORT_SEVERITY_ERROR;
-        return FINDING_MISSING_LAYER;
+    CohortProblem problem;
+    for (size_t i = 0; cohort_stage_problem(check->stage, i, &problem); i++) {
+        Finding finding = {.code = problem_findings[problem.kind].code,
+                           .severity = problem_findings[problem.kind].severity,
+                           .layer = problem.layer,
+                           .line = problem.line,
+                           .prim = problem.prim,
+                           .text = problem.text};
+        // Of a layer that is there the text itself is at fault, or its format.
+        if (finding.code == FINDING_MISSING_LAYER && strstr(problem.text, "not supported")) {
+            finding.code = FINDING_UNSUPPORTED_LAYER;
+            finding.severity = COHORT_SEVERITY_WARNING;
+        } else if (finding.code == FINDING_MISSING_LAYER && !strstr(problem.text, "cannot open")) {
+            finding.code = FINDING_COMPOSITION;
+        }
+        findings_add(&check->findings, &finding);
     }
-    if (strstr(text, "not supported"))
-        return FINDING_UNSUPPORTED_LAYER;
-    if (!strstr(text, "ignored"))
-        *severity = COHORT_SEVERITY_ERROR;
-    return FINDING_COMPOSITION;
 }
 
+// Mistakes in the text of layers. Problems of composition are read as data when the stage is open;
+// among them is the arc to each layer that could not be read at all.
 static void report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
                    uint32_t column, const char *prim_path, const char *text)
 {
     Check *check = cookie;
-    if (severity > COHORT_SEVERITY_WARNING)
-        return;
-    Finding finding = {.code = FINDING_SYNTAX,
-                       .severity = severity,
-                       .layer = file,
-                       .line = line,
-                       .column = column,
-                       .prim = prim_path,
-                       .text = text};
-    if (check->held.code != COHORT_OK && strstr(text, check->held.message)) {
-        finding.code = FINDING_MISSING_LAYER;
-        finding.severity = COHORT_SEVERITY_ERROR;
-        check->held = (CohortError){0};
-    } else if (severity == COHORT_SEVERITY_WARNING) {
-        finding.code = classify(text, &finding.severity);
-    }
-    release(check, FINDING_MISSING_LAYER);
-    if (severity == COHORT_SEVERITY_ERROR && !line) {
-        check->held = (CohortError){.code = COHORT_ERROR_FILE_READ};
-        snprintf(check->held.file, sizeof check->held.file, "%s", file ? file : "");
-        snprintf(check->held.message, sizeof check->held.message, "%s", text);
-    } else {
-        findings_add(&check->findings, &finding);
-    }
+    if (severity == COHORT_SEVERITY_ERROR && line)
+        findings_add(&check->findings, &(Finding){.code = FINDING_SYNTAX,
+                                                  .severity = severity,
+                                                  .layer = file,
+                                                  .line = line,
+                                                  .column = column,
+                                                  .prim = prim_path,
+                                                  .text = text});
 }
 
 // ---- What the renderer would not honor ---------------------------------------------------------
@@ -213,7 +218,7 @@ static bool check_path(Check *check, const char *path, const CohortStageOptions 
         bool is_pulled =
             cohort_adapter_populate(adapter, &why) && cohort_render_index_pull(index, &why);
         check->stage = cohort_adapter_stage(adapter);
-        release(check, FINDING_MISSING_LAYER);
+        add_problems(check);
         check_stage(check);
         add_not_honored(check, delegate);
         if (!is_pulled)
@@ -239,7 +244,6 @@ static int run(const char *path, CheckOptions *options)
     stage_options_apply(&options->which, &stage);
     CohortError err = {0};
     bool is_read = check_path(&check, path, &stage, &err);
-    release(&check, FINDING_MISSING_LAYER);
     if (!is_read && !check.findings.count)
         findings_add(&check.findings, &(Finding){.code = FINDING_MISSING_LAYER,
                                                  .severity = COHORT_SEVERITY_ERROR,

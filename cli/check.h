@@ -9,9 +9,6 @@
 typedef struct Check {
     const CohortStage *stage;
     Findings findings;
-    // An error without a line is a file that cannot be read; what refers to it comes next and says
-    // so in the same words.
-    CohortError held;
     double box[6]; // of the points looked at, in the world: least x y z, greatest x y z
     size_t cameras, lights;
 } Check;

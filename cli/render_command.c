@@ -88,6 +88,7 @@ static bool open_stage(RenderRun *run, CohortError *err)
                                     .env = o->env,
                                     .headlight = o->headlight};
     stage_options_apply(&o->part, &options.stage);
+    options.stage.threads = (uint32_t)o->threads;
     options.stage.variants = o->variant_list;
     options.stage.variant_count = o->variants.count;
     options.stage.report = messages_report;

@@ -9,13 +9,15 @@
 #include "base/parallel.h"
 #include "parse/array.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 enum {
     BLOCK_BYTES = 1 << 16,
-    FIRST_WAVE = 8, // blocks looked at before it is known where the list ends
-    GRAINS = 16,    // pieces of the work, at least, for even shares
-    MOST_GRAIN = 16 // blocks in one
+    FIRST_WAVE = 32, // blocks looked at before it is known where the list ends
+    WAVE_GROWTH = 4, // the next wave, in all blocks so far
+    GRAINS = 32,     // pieces of the work, at least, for even shares
+    MOST_GRAIN = 8   // blocks in one
 };
 
 typedef struct Block {
@@ -36,6 +38,7 @@ typedef struct Bulk {
     char mark;                // that each element has one of
     Block *blocks;
     size_t block_count, capacity;
+    _Atomic size_t closing_block; // the first known to hold the end; those behind it are left alone
 } Bulk;
 
 // ---- Counting ----------------------------------------------------------------------------------
@@ -90,12 +93,21 @@ static const char *last_of(const char *at, const char *stop, char c)
     return stop - 1;
 }
 
+static void closes_at(Bulk *bulk, size_t block)
+{
+    size_t known = atomic_load(&bulk->closing_block);
+    while (block < known && !atomic_compare_exchange_weak(&bulk->closing_block, &known, block))
+        ;
+}
+
 // Of those behind the `block_count` that are done already.
 static void count_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
-    const Bulk *bulk = context;
+    Bulk *bulk = context;
     (void)worker;
     for (size_t i = bulk->block_count + begin; i < bulk->block_count + end; i++) {
+        if (i > atomic_load_explicit(&bulk->closing_block, memory_order_relaxed))
+            return;
         Block *block = &bulk->blocks[i];
         const char *text = bulk->begin + i * BLOCK_BYTES;
         const char *stop =
@@ -105,6 +117,7 @@ static void count_blocks(void *context, size_t begin, size_t end, uint32_t worke
         if (counts.closes) {
             stop = block->closing = memchr(text, ']', (size_t)(stop - text));
             counts = count_bytes(text, stop, bulk->mark);
+            closes_at(bulk, i);
         }
         block->lines = counts.lines;
         block->expected = counts.marks;
@@ -119,7 +132,7 @@ static bool find_end(CoParser *p, Bulk *bulk)
 {
     size_t all = (size_t)(bulk->stop - bulk->begin + BLOCK_BYTES - 1) / BLOCK_BYTES;
     while (bulk->block_count < all) {
-        size_t count = bulk->block_count / 2 > FIRST_WAVE ? bulk->block_count / 2 : FIRST_WAVE;
+        size_t count = bulk->block_count ? WAVE_GROWTH * bulk->block_count : FIRST_WAVE;
         count = count < all - bulk->block_count ? count : all - bulk->block_count;
         size_t capacity = bulk->block_count + count;
         Block *blocks =
@@ -130,13 +143,13 @@ static bool find_end(CoParser *p, Bulk *bulk)
         bulk->blocks = blocks;
         bulk->capacity = capacity;
         co_parallel_for(count, 2, count_blocks, bulk);
-        for (size_t i = 0; i < count; i++) {
-            const Block *block = &bulk->blocks[bulk->block_count++];
-            if (!block->closing)
-                continue;
-            bulk->stop = block->closing;
+        size_t closing = atomic_load(&bulk->closing_block);
+        if (closing < capacity) {
+            bulk->block_count = closing + 1;
+            bulk->stop = bulk->blocks[closing].closing;
             return true;
         }
+        bulk->block_count = capacity;
     }
     return true;
 }
@@ -244,7 +257,8 @@ bool co_parse_bulk(CoParser *p, CoArray *array)
                  .array = array,
                  .begin = at,
                  .stop = p->scan.safe,
-                 .mark = array->info->columns ? '(' : ','};
+                 .mark = array->info->columns ? '(' : ',',
+                 .closing_block = SIZE_MAX};
     bool good = find_end(p, &bulk);
     array->bulk_end = bulk.stop;
     good = good && read_all(p, array, &bulk);

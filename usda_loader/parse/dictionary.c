@@ -88,7 +88,11 @@ static bool parse_typed(CoParser *p, const char **key, CoValue *value)
                              name.length > 60 ? 60 : (int)name.length, name.begin);
     if (!co_scan_gap(&p->scan))
         return co_parse_expected(p, "a blank and a key");
-    return parse_key(p, key) && co_parse_assignment(p) && co_parse_value(p, type, is_array, value);
+    if (!parse_key(p, key) || !co_parse_assignment(p))
+        return false;
+    // A path stands for itself whatever the type.
+    return co_scan_peek(&p->scan) == '<' ? co_parse_opaque(p, value)
+                                         : co_parse_value(p, type, is_array, value);
 }
 
 static bool parse_entry(CoParser *p, void *context)

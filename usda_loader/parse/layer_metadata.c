@@ -2,6 +2,8 @@
 
 #include "parse/parser.h"
 
+#include <string.h>
+
 bool co_parse_layer_offset(CoParser *p, double *offset, double *scale, bool *found)
 {
     bool is_scale = co_scan_word(&p->scan, "scale");
@@ -72,10 +74,26 @@ bool co_parse_sublayers(CoParser *p, CoSpec *spec)
     return value != NULL;
 }
 
+// A target above the root is none.
+static bool leads_above_root(const CoScan *scan)
+{
+    CoScan ahead = *scan;
+    CoSlice path;
+    CoPathInfo info;
+    size_t bad;
+    return co_scan_path(&ahead, &path) == CO_SCAN_OK && path.length >= 2 &&
+           memcmp(path.begin, "..", 2) == 0 && co_path_check(path, &info, &bad);
+}
+
 static bool relocate_path(CoParser *p, bool may_be_empty, const char **out)
 {
     const char *at = p->scan.at;
     CoPathInfo info;
+    if (may_be_empty && leads_above_root(&p->scan)) {
+        CoSlice ignored;
+        *out = p->empty;
+        return co_scan_path(&p->scan, &ignored) == CO_SCAN_OK;
+    }
     if (!co_parse_path(p, out, &info))
         return false;
     bool good = **out ? !info.is_root && !info.is_property && !info.has_variant : may_be_empty;

@@ -37,9 +37,6 @@ static bool opaque_item(CoParser *p, void *context, void *out)
     return true;
 }
 
-static bool is_variant_name(const CohortString *name);
-
-// The name of a variant set; none is written as an expression.
 static bool set_item(CoParser *p, void *context, void *out)
 {
     const char *at = p->scan.at;
@@ -47,10 +44,7 @@ static bool set_item(CoParser *p, void *context, void *out)
     (void)context;
     if (!co_parse_string(p, name))
         return false;
-    if (memchr(name->text, '`', name->length) || !is_variant_name(name))
-        return co_parse_fail(p, at, "found '%.100s', which cannot be the name of a variant set",
-                             name->text);
-    return true;
+    return co_variant_name_check(p, at, name);
 }
 
 static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
@@ -167,9 +161,6 @@ static bool parse_substitutions(CoParser *p, CoSpec *spec, const char *field)
 static bool is_variant_name(const CohortString *name)
 {
     const char *at = name->text, *end = at + name->length;
-    // An expression is judged when it is evaluated.
-    if (name->length >= 2 && at[0] == '`' && end[-1] == '`')
-        return true;
     at += at < end && *at == '.';
     while (at < end) {
         uint32_t code;
@@ -196,7 +187,10 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
             return co_parse_fail(p, list_at, "variant set '%s' is given a %s, expected a string",
                                  chosen.entries[i].key, co_type_name(value->type));
         const CohortString *name = value->data;
-        if (!is_variant_name(name))
+        // An expression is judged when it is evaluated.
+        bool is_expression = name->length >= 2 && name->text[0] == '`' &&
+                             name->text[name->length - 1] == '`';
+        if (!is_expression && !is_variant_name(name))
             return co_parse_fail(
                 p, list_at, "found '%.100s', which cannot be the name of a variant", name->text);
     }

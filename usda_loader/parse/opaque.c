@@ -10,12 +10,6 @@ static bool skip_in_tuple(CoParser *p, void *context);
 static bool skip_nested(CoParser *p, char close)
 {
     const char *at = p->scan.at++;
-    CoScan ahead = p->scan;
-    co_scan_inline(&ahead);
-    if (close == ']' && co_scan_char(&ahead, close)) {
-        p->scan.at = ahead.at;
-        return true;
-    }
     if (!co_parse_deeper(p, at))
         return false;
     bool good = co_parse_list(p, close, true, close == ']' ? skip_in_list : skip_in_tuple, NULL);
@@ -61,12 +55,24 @@ static bool skip_path(CoParser *p)
                          path.length > 100 ? 100 : (int)path.length, path.begin);
 }
 
-// Of these only the whole can be a path or None.
+static bool skip_empty_list(CoParser *p)
+{
+    CoScan ahead = p->scan;
+    if (!co_scan_char(&ahead, '['))
+        return false;
+    co_scan_inline(&ahead);
+    if (!co_scan_char(&ahead, ']'))
+        return false;
+    p->scan.at = ahead.at;
+    return true;
+}
+
+// Only the whole can be a path, None, or a list of nothing.
 static bool skip_value(CoParser *p)
 {
     if (co_scan_peek(&p->scan) == '<')
         return skip_path(p);
-    return co_scan_word(&p->scan, "None") || skip_in_list(p, NULL);
+    return skip_empty_list(p) || co_scan_word(&p->scan, "None") || skip_in_list(p, NULL);
 }
 
 static bool keep_as_text(CoParser *p, const char *from, CoValue *out)

@@ -50,11 +50,12 @@ static bool parse_prim_name(CoParser *p, const char **name)
     CohortString string;
     if (!co_parse_string(p, &string))
         return false;
-    CoSlice slice = {string.text, string.length};
+    // Up to a NUL, as the keys of dictionaries.
+    CoSlice slice = {string.text, strlen(string.text)};
     if (!co_slice_is_identifier(slice))
         return co_parse_fail(p, at, "found '%.100s', which cannot be the name of a prim",
                              string.text);
-    *name = co_parse_token(p, string.text, string.length);
+    *name = co_parse_token(p, slice.begin, slice.length);
     return *name != NULL;
 }
 

@@ -243,10 +243,32 @@ static bool parse_relationship_default(CoParser *p, CoSpec *relationship)
     return value != NULL;
 }
 
+// rel name[<path>]: what once was the spec of a target says nothing any more.
+static bool scan_target(CoScan *scan)
+{
+    CoScan ahead = *scan;
+    CoSlice path;
+    CoPathInfo info;
+    size_t bad;
+    co_scan_inline(&ahead);
+    if (!co_scan_char(&ahead, '['))
+        return false;
+    co_scan_inline(&ahead);
+    if (co_scan_path(&ahead, &path) != CO_SCAN_OK || !co_path_check(path, &info, &bad))
+        return false;
+    co_scan_inline(&ahead);
+    if (!co_scan_char(&ahead, ']'))
+        return false;
+    scan->at = ahead.at;
+    return true;
+}
+
 static bool parse_relationship(CoParser *p, CoSpec *relationship)
 {
     if (scan_dot(p))
         return parse_relationship_default(p, relationship);
+    if (scan_target(&p->scan))
+        return true;
     if (assignment_follows(p) &&
         !co_parse_path_list(p, relationship, "targetPaths", CO_LIST_EXPLICIT))
         return false;

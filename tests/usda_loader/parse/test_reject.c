@@ -88,9 +88,13 @@ static const Case cases[] = {
     {"def \"A\" ( apiSchemas = {} )\n{}\n", 2, 24, "a list in [ ]"},
     {"def \"A\" ( add apiSchemas = [] )\n{}\n", 2, 29, "a quoted string"},
     {"def \"A\" ( variantSets = [] )\n{}\n", 2, 26, "a quoted string"},
-    {"def \"A\" ( variantSets = \"a b\" )\n{}\n", 2, 25, "name of a variant set"},
-    {"def \"A\" ( add variantSets = [\"`a`\"] )\n{}\n", 2, 30, "name of a variant set"},
+    {"def \"A\" ( variantSets = \"a b\" )\n{}\n", 2, 25, "name of a variant or set"},
+    {"def \"A\" ( add variantSets = [\"`a`\"] )\n{}\n", 2, 30, "name of a variant or set"},
     {"def \"A\" {\n zork a.timeSamples = { 0: 1, 1: 2 }\n}\n", 3, 34, "a second value"},
+    {"def \"A\" {\n variantSet \"s\" = { \"`a`\" {} }\n}\n", 3, 21, "name of a variant"},
+    {"( unknown = [[]] )\n", 2, 15, "a value"},
+    {"def \"A\" {\n rel a[</B>] = </C>\n}\n", 3, 14, "a line end"},
+    {"def \"A\" {\n rel a[]\n}\n", 3, 7, "a line end"},
     {"/* no end", 2, 1, "def, over, class"},
 };
 

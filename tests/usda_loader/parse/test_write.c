@@ -228,6 +228,10 @@ static void what_is_unusual_is_kept(void **state)
         {"def \"A\" ( prepend apiSchemas = [\"a\"]\n prepend apiSchemas = None )\n{}\n",
          "(\n    add apiSchemas = None\n)"},
         {"def \"A\" {\n rel r\n varying rel r = </B>\n}\n", "varying rel r = "},
+        {"def \"A\" {\n rel r = </B>\n rel r[</C>]\n}\n", "rel r = [</B>]\n"},
+        {"def \"A\" ( customData = { int a = <../../../B> } )\n{}\n", " a = <../../../B>\n"},
+        {"( relocates = { </A/B>: <../C> } )\n", "</A/B>: <>,\n"},
+        {"def \"A\\0B\" {\n}\n", "def \"A\"\n"},
         {"def \"A\" {\n int[] a = <../../..>\n}\n", "int[] a = <../../..>\n"},
         {"def \"A\" {\n zork a.timeSamples = { 0: </B>, 1: 2, 2: None }\n}\n", "1: 2,\n"},
     };
