@@ -18,7 +18,7 @@ typedef struct RenderOptions {
         *converted, *ptex_reductions, *ocio, *display, *view, *stats, *progress, *settings_prim;
     int64_t spp, max_depth, first_hit_samples, light_samples, batch, threads, level, seed;
     int64_t memory;
-    double time_limit, noise;
+    double time_limit, noise, edge_length;
     bool headlight, hide_lights, resume, is_quiet, is_verbose, default_time, texture_level0,
         list_cameras;
     StageOptions part;

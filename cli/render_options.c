@@ -74,6 +74,7 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"variant", 0, OPTION_LIST, &o->variants, 0, 0, "/PRIM{SET=SELECTION}", NULL, "select a variant; may be given again"},
         STAGE_OPTION_ROWS(o->part),
         {"level", 0, OPTION_INT, &o->level, 0, 8, "N", NULL, "subdivision level (default 2)"},
+        {"edge-length", 0, OPTION_NUMBER, &o->edge_length, 0, 1e6, "PX", NULL, "levels by size on screen: no edge longer than this many pixels"},
         {"env", 0, OPTION_TEXT, &o->env, 0, 0, "FILE|sky", NULL, "add a dome light: an image, or a built-in sky"},
         {"headlight", 0, OPTION_FLAG, &o->headlight, 0, 0, NULL, NULL, "add a light at the camera"},
         {"hide-lights", 0, OPTION_FLAG, &o->hide_lights, 0, 0, NULL, NULL, "lights and domes do not show in the camera's own rays"},
@@ -179,6 +180,7 @@ bool render_options_apply(const RenderOptions *o, CohortDelegate *delegate, Coho
     set_text(&s, "cohort:isa", o->isa);
     set_text(&s, "cohort:scratchFolder", o->scratch);
     set_text(&s, "cohort:convertedFolder", o->converted);
+    set_double(&s, "cohort:edgeLength", o->edge_length);
     if (s.ok && o->level >= 0)
         s.ok = cohort_delegate_set_int(delegate, "cohort:complexity", o->level, err);
     return s.ok;

@@ -1,5 +1,7 @@
 #include "index/index.h"
 
+#include "prims/dicing.h"
+
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/parallel.h"
@@ -68,6 +70,7 @@ void co_index_destroy(CohortRenderIndex *index)
     co_free(CO_MEMORY_DELEGATE, index->prims, index->prim_capacity * sizeof *index->prims);
     co_free(CO_MEMORY_DELEGATE, index->containers,
             index->container_capacity * sizeof *index->containers);
+    co_dicing_clear(&index->dicing);
     co_free(CO_MEMORY_DELEGATE, index->mesh_places,
             index->mesh_capacity * sizeof *index->mesh_places);
     co_string_map_clear(&index->paths);
@@ -300,7 +303,7 @@ void co_index_setting_changed(CohortRenderIndex *index, CoSetting setting)
 {
     if (!index)
         return;
-    if (setting == CO_SETTING_COMPLEXITY)
+    if (setting == CO_SETTING_COMPLEXITY || setting == CO_SETTING_EDGE_LENGTH)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_DISPLAY_STYLE);
     if (setting == CO_SETTING_ENABLE_SCENE_MATERIALS)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);

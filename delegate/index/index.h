@@ -16,6 +16,24 @@ struct CohortPull {
     CoArena arena;
 };
 
+// How large a mesh is seen. Zero: not placed anywhere.
+typedef struct CoDicingView {
+    double center[3], radius; // of its cage
+    uint64_t placements;
+    double to_world[4][4]; // of the only placement
+    double density;        // several: pixels that a unit of its own length is at most
+} CoDicingView;
+
+// The camera as prims/dicing.h needs it.
+typedef struct CoDicing {
+    double eye[3], clip_near;
+    double pixels; // that a unit of length is at distance 1, or anywhere if orthographic
+    double edge_length;
+    bool is_orthographic;
+    CoDicingView *views; // by object
+    size_t view_count;
+} CoDicing;
+
 typedef struct CoPrim {
     CohortPrimType type;
     char *path;
@@ -26,6 +44,8 @@ typedef struct CoPrim {
     int32_t prim_id; // meshes
     bool is_visible;
     uint32_t hidden_from; // meshes: CohortHidden bits
+    double cage_center[3], cage_radius; // meshes
+    uint64_t view; // meshes: hash of the CoDicingView they were set with, 0 = none
     bool has_geometry;   // meshes: the scene's object is set
     size_t subset_count; // meshes: with that many subsets
     bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor
@@ -57,6 +77,7 @@ struct CohortRenderIndex {
     bool needs_commit;
     CohortCameraDesc camera_set; // what the scene's camera was last set to
     bool has_camera_set;
+    CoDicing dicing;
     double load_seconds; // of syncs and commits
     CohortSyncCounts counts;
 };

@@ -63,6 +63,9 @@ static const CohortSettingDescriptor table[CO_SETTING_COUNT] = {
     [CO_SETTING_COMPLEXITY] =
         INT("cohort:complexity", NULL, 2, 0, 8, true,
             "Subdivision level; low, medium, high and veryhigh of usdrecord are 0 to 3."),
+    [CO_SETTING_EDGE_LENGTH] =
+        DOUBLE("cohort:edgeLength", NULL, 0.0, 0.0, 1e6, true,
+               "Pixels that edges of subdivided meshes are at most; 0 = cohort:complexity decides."),
     [CO_SETTING_RENDERING_COLOR_SPACE] =
         STRING("cohort:renderingColorSpace", "", NULL, true,
                "Space of all light transport; empty = the config's scene_linear, else Rec.709."),

@@ -4,6 +4,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "pass/render_buffer.h"
+#include "prims/dicing.h"
 #include "prims/sync.h"
 
 #include <stdio.h>
@@ -194,8 +195,10 @@ bool cohort_render_pass_execute(CohortRenderPass *pass, const CohortRenderPassSt
     pass->view_hash = hash_view(1, state);
     pass->image_version = delegate->settings.image_version;
     set_current(delegate, pass);
-    pass->has_started = cohort_render_index_sync(pass->index, err) &&
-                        set_camera(pass, state, err) && co_index_commit(pass->index, err);
+    pass->has_started = cohort_render_index_pull(pass->index, err) &&
+                        set_camera(pass, state, err) &&
+                        co_dicing_update(pass->index, targets[0].buffer->width, err) &&
+                        cohort_render_index_sync(pass->index, err);
     if (!pass->has_started)
         return false;
     co_render_thread_drop(delegate->thread);

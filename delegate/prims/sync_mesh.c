@@ -1,5 +1,6 @@
 #include "base/error.h"
 #include "base/hash.h"
+#include "prims/dicing.h"
 #include "prims/sync.h"
 
 // What a change of makes the mesh itself new; the rest moves it, hides it or gives it other
@@ -37,14 +38,21 @@ static const CohortSubsetDesc *resolve_subsets(CohortRenderIndex *index, const C
     return subsets;
 }
 
+static uint32_t level_of(const CohortRenderIndex *index, CoPrim *prim, const CohortMeshDesc *desc)
+{
+    const CohortSettingValue *values = index->delegate->settings.values;
+    if (!(values[CO_SETTING_EDGE_LENGTH].number > 0.0))
+        return (uint32_t)values[CO_SETTING_COMPLEXITY].integer;
+    co_dicing_measure(prim, desc);
+    return co_dicing_level(index, prim, desc);
+}
+
 static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
                      const CohortMeshSource *source, CohortError *reason)
 {
     CohortMeshDesc desc = source->mesh;
     desc.path = prim->path;
     desc.material = material_id(index, prim, source->material);
-    uint32_t level = (uint32_t)index->delegate->settings.values[CO_SETTING_COMPLEXITY].integer;
-    desc.level = desc.level > level ? desc.level : level;
     desc.points = NULL;
     if (source->points_sample_count)
         desc.points =
@@ -54,6 +62,8 @@ static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
                 .points;
     CO_CHECK(desc.points || desc.point_count == 0, reason, COHORT_ERROR_SCENE,
              "the mesh counts %zu points but gives none", desc.point_count);
+    uint32_t level = level_of(index, prim, &desc);
+    desc.level = desc.level > level ? desc.level : level;
     if (desc.subset_count) {
         desc.subsets = resolve_subsets(index, prim, pull, source);
         CO_CHECK_MEMORY(desc.subsets, reason);

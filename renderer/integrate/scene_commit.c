@@ -209,6 +209,29 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
     return o->top != NULL;
 }
 
+// A circle of groups, which the commit refuses, ends at the depth that it allows.
+static void tell_placements(const CohortScene *scene, uint32_t id, const CoMat4d *to_world,
+                            uint32_t depth, CohortPlacementFn *fn, void *cookie)
+{
+    const CoSceneObject *o = &scene->objects[id];
+    if (o->kind == CO_OBJECT_MESH)
+        fn(cookie, id, (const double(*)[4])to_world->m);
+    for (uint32_t i = 0; depth < 8 && o->kind == CO_OBJECT_GROUP && i < o->edit_count; i++) {
+        if (o->edits[i].hidden)
+            continue;
+        CoMat4d own;
+        memcpy(own.m, o->edits[i].transform, sizeof own.m);
+        own = co_mat4d_mul(&own, to_world);
+        tell_placements(scene, o->edits[i].object, &own, depth + 1, fn, cookie);
+    }
+}
+
+void cohort_scene_placements(const CohortScene *scene, CohortPlacementFn *fn, void *cookie)
+{
+    const CoMat4d identity = co_mat4d_identity();
+    tell_placements(scene, 0, &identity, 0, fn, cookie);
+}
+
 static void publish(CohortScene *scene, uint32_t id)
 {
     CoSceneObject *o = &scene->objects[id];

@@ -28,7 +28,7 @@ static void help_of_render_is_complete(void **state)
     (void)state;
     static const char *const options[] = {
         "output", "camera", "list-cameras", "frames", "default-time", "size", "render-settings",
-        "variant", "level", "env", "headlight", "hide-lights", "spp", "time-limit", "noise",
+        "variant", "level", "edge-length", "env", "headlight", "hide-lights", "spp", "time-limit", "noise",
         "max-depth", "first-hit-samples", "light-samples", "preset", "filter", "seed", "aov",
         "sort", "sorter", "batch", "scratch", "memory", "threads", "isa", "ptex-reductions",
         "converted", "texture-level0", "ocio", "display", "view", "stats", "resume", "progress",

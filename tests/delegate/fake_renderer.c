@@ -128,6 +128,14 @@ bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
     return true;
 }
 
+void cohort_scene_placements(const CohortScene *scene, CohortPlacementFn *fn, void *cookie)
+{
+    (void)scene;
+    const FakeObject *root = &fake.objects[0];
+    for (size_t i = 0; i < root->instance_count && i < 64; i++)
+        fn(cookie, root->instances[i].object, (const double(*)[4])root->instances[i].transform);
+}
+
 void cohort_scene_clear_object(CohortScene *scene, uint32_t object)
 {
     (void)scene;

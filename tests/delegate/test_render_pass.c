@@ -483,6 +483,39 @@ static void test_two_passes_take_turns(void **state)
     assert_int_equal(fake.renders_live, 0);
 }
 
+// The level of the mesh once a pass with this edge length and focal length has begun.
+static uint32_t diced_level(double edge_length, double focal_length)
+{
+    assert_true(cohort_delegate_set_double(delegate, "cohort:edgeLength", edge_length, NULL));
+    host.camera.focal_length = focal_length;
+    cohort_render_index_mark_dirty(render_index, "/camera", COHORT_DIRTY_PARAMS);
+    execute();
+    uint32_t level = 0;
+    for (uint32_t i = 0; i < fake.object_count; i++)
+        level = fake.objects[i].is_mesh ? fake.objects[i].level : level;
+    return level;
+}
+
+static void test_edge_length_decides_levels(void **state)
+{
+    (void)state;
+    double length = 1e5;
+    while (diced_level(length, 50.0) == 0)
+        length *= 0.5;
+    assert_true(length > 1e-3 && length < 1e5);
+    assert_int_equal(diced_level(length, 50.0), 1);
+    assert_int_equal(diced_level(0.25 * length, 50.0), 3);
+    assert_int_equal(diced_level(0.25 * length, 100.0), 4);
+    uint64_t calls = fake.set_mesh_calls;
+    assert_int_equal(diced_level(0.25 * length, 100.0), 4);
+    assert_int_equal(fake.set_mesh_calls, calls); // nothing is seen otherwise
+    assert_int_equal(diced_level(1e6, 100.0), 0);
+    // What was rendered before does not matter.
+    assert_int_equal(diced_level(length, 50.0), 1);
+    assert_int_equal(diced_level(0.0, 50.0), 2);
+    assert_int_equal(diced_level(1e-6, 50.0), 8); // the finest there is
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -503,6 +536,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_mapped_pixels_stay, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bad_states_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_buffer_destroyed_while_bound, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_edge_length_decides_levels, setup, teardown),
         cmocka_unit_test_setup_teardown(test_two_passes_take_turns, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -145,6 +145,10 @@ bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32
 bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortInstanceDesc *instances,
                             size_t count, CohortError *err);
 
+// Tells every placement of every mesh that is not hidden, as the groups now stand: object to world.
+typedef void CohortPlacementFn(void *cookie, uint32_t object, const double transform[4][4]);
+void cohort_scene_placements(const CohortScene *scene, CohortPlacementFn *fn, void *cookie);
+
 // Empties an object; its id stays taken.
 void cohort_scene_clear_object(CohortScene *scene, uint32_t object);
 
