@@ -9,10 +9,12 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <sstream>
 #include <string>
+#include <system_error>
 
 struct CoOiioFile {
     std::unique_ptr<OIIO::ImageInput> input;
@@ -56,6 +58,10 @@ void copy_text(char *to, size_t size, const std::string &from)
 
 std::unique_ptr<OIIO::ImageInput> open_image(const char *path)
 {
+    // A pipe would be waited for, a device read without end.
+    std::error_code unused;
+    if (std::filesystem::exists(path, unused) && !std::filesystem::is_regular_file(path, unused))
+        return nullptr;
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
     return OIIO::ImageInput::open(path, &config);

@@ -360,6 +360,25 @@ static void broken_images_are_warnings(void **state)
     co_textures_destroy(textures);
 }
 
+// No writer ever comes.
+static void pipes_and_devices_are_refused_at_once(void **state)
+{
+    (void)state;
+    const char *path = in_folder("pipe.png");
+    const char *const odd[] = {path, "/dev/zero", "/"};
+    assert_int_equal(mkfifo(path, 0600), 0);
+    alarm(60);
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        CohortError err = {0};
+        CoOiioInfo info;
+        assert_false(co_oiio_info(odd[i], &info, &err));
+        assert_int_equal(err.code, COHORT_ERROR_TEXTURE);
+        assert_string_equal(err.file, odd[i]);
+    }
+    alarm(0);
+    unlink(path);
+}
+
 static void converted_files_are_found_again(void **state)
 {
     (void)state;
@@ -462,6 +481,7 @@ int main(void)
         cmocka_unit_test(all_schedules_give_the_same_bits),
         cmocka_unit_test(broken_images_are_warnings),
         cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(pipes_and_devices_are_refused_at_once),
         cmocka_unit_test(converted_files_are_found_again),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
