@@ -175,6 +175,18 @@ static void add_fixed(const CoFilm *film, _Atomic uint64_t *sum, float value)
         add_shared(sum, low, high);
 }
 
+static size_t color_word(const CoFilm *film, uint32_t pixel, uint32_t sample)
+{
+    return film->plane[CO_PLANE_COLOR] + (size_t)pixel * 12 + (sample & 1u) * 6;
+}
+
+void co_film_ask_ahead(const CoFilm *film, uint32_t pixel, uint32_t sample)
+{
+    const _Atomic uint64_t *sum = film->open + color_word(film, pixel, sample);
+    __builtin_prefetch(sum, 1);
+    __builtin_prefetch(sum + 5, 1);
+}
+
 void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb)
 {
     CO_ASSERT(pixel < film->pixels);
@@ -182,8 +194,7 @@ void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb
         count(film, CO_FILM_DROPPED);
         return;
     }
-    _Atomic uint64_t *sum =
-        film->open + film->plane[CO_PLANE_COLOR] + (size_t)pixel * 12 + (sample & 1u) * 6;
+    _Atomic uint64_t *sum = film->open + color_word(film, pixel, sample);
     const float channels[3] = {rgb.x, rgb.y, rgb.z};
     bool is_saturated = false;
     for (int c = 0; c < 3; c++) {

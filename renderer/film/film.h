@@ -28,6 +28,7 @@ uint64_t co_film_bytes(uint32_t width, uint32_t height, uint32_t aovs);
 // NaN and infinite values are counted and dropped. Colors beyond S * 2^24, and alphas, normals and
 // albedos beyond 2, are cut there and counted as saturations.
 void co_film_add_color(CoFilm *film, uint32_t pixel, uint32_t sample, CoVec3 rgb);
+void co_film_ask_ahead(const CoFilm *film, uint32_t pixel, uint32_t sample); // a color is to come
 void co_film_add_alpha(CoFilm *film, uint32_t pixel, uint32_t sample, float alpha);
 
 // What the camera ray of a sample met first.

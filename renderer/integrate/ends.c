@@ -156,6 +156,24 @@ typedef struct EndsWork {
 
 enum { ENDS_BLOCK = 8192 };
 
+// Records and sums of the film lie anywhere in memory; both are asked for before their turn comes.
+enum { RECORDS_AHEAD = 24, SUMS_AHEAD = 12 };
+
+static void ask_ahead(const CohortRender *render, size_t i, size_t last)
+{
+    const uint32_t *all = render->batch.records.words, *record = render->batch.rays.record;
+    if (i + RECORDS_AHEAD < last)
+        __builtin_prefetch(&all[(size_t)record[i + RECORDS_AHEAD] * render->ray_words + 4]);
+    if (i + SUMS_AHEAD >= last)
+        return;
+    const uint32_t *words = &all[(size_t)record[i + SUMS_AHEAD] * render->ray_words];
+    if (co_ray_kind(words) != CO_RAY_LIGHT)
+        return;
+    uint32_t pixel, sample;
+    co_path_split(render, co_ray_path(words), &pixel, &sample);
+    co_film_ask_ahead(render->film, pixel, sample);
+}
+
 // Each block packs its hits at its own start; pack_hits then closes the gaps, in block order.
 static void end_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
@@ -165,9 +183,11 @@ static void end_rays(void *context, size_t begin, size_t end, uint32_t worker)
         size_t first = block * ENDS_BLOCK, last = first + ENDS_BLOCK, n = 0;
         if (last > render->batch.rays.count)
             last = render->batch.rays.count;
-        for (size_t i = first; i < last; i++)
+        for (size_t i = first; i < last; i++) {
+            ask_ahead(render, i, last);
             n += end_ray(render, i, &render->workers[worker],
                          &render->batch.hit_sorted[first + n]);
+        }
         work->counts[block] = n;
     }
 }

@@ -13,9 +13,14 @@ static void name_objects(void *context, size_t begin, size_t end, uint32_t worke
     (void)worker;
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
+    uint32_t instance = COHORT_INVALID_ID, object = 0;
     for (size_t i = begin; i < end; i++) {
         CoHitRecord *hit = &b->hit_records[i];
-        hit->object = co_accel_path_object(&render->scene->accel, hit->instance);
+        if (hit->instance != instance) {
+            instance = hit->instance;
+            object = co_accel_path_object(&render->scene->accel, instance);
+        }
+        hit->object = object;
         b->hit_object[i] = hit->object;
         b->hit_tri[i] = hit->tri;
         b->hit_order[i] = (uint32_t)i;

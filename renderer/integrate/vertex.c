@@ -44,6 +44,34 @@ static void find_abs(const CohortScene *scene, CoPlacementMemo *memo)
     }
 }
 
+static const CohortInstanceDesc *instance_edit(const CohortScene *scene,
+                                               const CoPlacement *placement, uint32_t level)
+{
+    uint32_t object = scene->accel.root;
+    for (uint32_t i = 0; i < level; i++)
+        object = scene->objects[object].instances[placement->chain[i]].object;
+    const CoSceneObject *group = &scene->objects[object];
+    return &group->edits[group->edit_of[placement->chain[level]]];
+}
+
+// The instance's displayColor, else the mesh's, else USD's 0.18 gray.
+static void recall_display(const CohortScene *scene, CoPlacementMemo *memo)
+{
+    if (memo->has_display)
+        return;
+    memo->has_display = true;
+    memo->display_primvar = -1;
+    for (uint32_t level = memo->placement.chain_length; level-- > 0;) {
+        const CohortInstanceDesc *edit = instance_edit(scene, &memo->placement, level);
+        if (!edit->display_color)
+            continue;
+        memo->display = co_vec3_load(edit->display_color);
+        return;
+    }
+    memo->display = co_vec3_splat(0.18f);
+    memo->display_primvar = co_mesh_primvar_find(memo->triangle.mesh, "displayColor");
+}
+
 static void recall_placement(const CohortScene *scene, CoPlacementMemo *memo, uint32_t instance)
 {
     if (memo->instance == instance)
@@ -51,7 +79,7 @@ static void recall_placement(const CohortScene *scene, CoPlacementMemo *memo, ui
     co_accel_placement(&scene->accel, instance, &memo->placement);
     find_abs(scene, memo);
     memo->instance = instance;
-    memo->has_triangle = false;
+    memo->has_triangle = memo->has_display = false;
 }
 
 static void recall_triangle(const CohortScene *scene, CoPlacementMemo *memo, uint32_t tri)
@@ -102,6 +130,8 @@ void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHit
     co_triangle_surface(&memo->triangle, hit->u, hit->v, s);
     if (memo->material && memo->material->reads_ptex)
         co_triangle_ptex(&memo->triangle, hit->u, hit->v, s);
+    if (!memo->material)
+        recall_display(scene, memo);
     out->p = co_affine_point(&placement->to_world, s->p);
     out->start = co_affine_point(&placement->to_world, s->start);
     out->ng = out->ns = memo->ng;
@@ -124,16 +154,6 @@ CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng)
     return o;
 }
 
-static const CohortInstanceDesc *instance_edit(const CohortScene *scene,
-                                               const CoPlacement *placement, uint32_t level)
-{
-    uint32_t object = scene->accel.root;
-    for (uint32_t i = 0; i < level; i++)
-        object = scene->objects[object].instances[placement->chain[i]].object;
-    const CoSceneObject *group = &scene->objects[object];
-    return &group->edits[group->edit_of[placement->chain[level]]];
-}
-
 int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placement)
 {
     for (uint32_t level = placement->chain_length; level-- > 0;) {
@@ -144,19 +164,13 @@ int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placem
     return -1;
 }
 
-// The instance's displayColor, else the mesh's, else USD's 0.18 gray.
-static CoVec3 display_color(const CohortScene *scene, const CoVertex *vertex)
+static CoVec3 display_color(const CoVertex *vertex)
 {
-    for (uint32_t level = vertex->placement->chain_length; level-- > 0;) {
-        const CohortInstanceDesc *edit = instance_edit(scene, vertex->placement, level);
-        if (edit->display_color)
-            return co_vec3_load(edit->display_color);
-    }
-    float value[4] = {0.18f, 0.18f, 0.18f, 1.0f};
-    int primvar = co_mesh_primvar_find(vertex->hit.mesh, "displayColor");
-    if (primvar >= 0)
-        co_mesh_primvar(vertex->hit.mesh, primvar, vertex->hit.tri, vertex->hit.u, vertex->hit.v,
-                        value);
+    const CoShadeHit *hit = &vertex->hit;
+    float value[4];
+    if (vertex->memo->display_primvar < 0)
+        return vertex->memo->display;
+    co_mesh_primvar(hit->mesh, vertex->memo->display_primvar, hit->tri, hit->u, hit->v, value);
     return co_vec3_load(value);
 }
 
@@ -178,7 +192,7 @@ void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *ou
     CoVec3 ns = shading_normal(vertex);
     if (!vertex->material) {
         *emissive = co_vec3_splat(0.0f);
-        CoVec3 color = display_color(scene, vertex);
+        CoVec3 color = display_color(vertex);
         if (scene->converts)
             color = co_color_apply(scene->rec709, color);
         co_bsdf_lambert(color, ns, vertex->ng, vertex->wo, out);

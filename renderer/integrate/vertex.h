@@ -15,6 +15,9 @@ typedef struct CoPlacementMemo {
     CoTriangle triangle;
     CoVec3 ng; // of the triangle, render frame
     const CoMaterial *material;
+    bool has_display;
+    int display_primvar; // of the mesh, -1: the color below
+    CoVec3 display;
 } CoPlacementMemo;
 
 typedef struct CoVertex {

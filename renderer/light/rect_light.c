@@ -56,7 +56,7 @@ static bool looks_large(const CoLight *light, CoVec3 org)
         return false;
     CoVec3 d = co_sub(light->center, org);
     float d2 = co_dot(d, d);
-    return light->area > 0.03f * d2 && co_light_plane_height(light, org) > 1e-5f * light->bound;
+    return light->area > 0.15f * d2 && co_light_plane_height(light, org) > 1e-5f * light->bound;
 }
 
 static CoVec3 sample_spherical(const SphericalRect *r, double u0, double u1)

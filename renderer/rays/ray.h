@@ -83,6 +83,12 @@ static inline uint32_t co_ray_kind(const uint32_t *words)
     return words[4] >> 30;
 }
 
+// Only the path of a record.
+static inline uint32_t co_ray_path(const uint32_t *words)
+{
+    return words[7];
+}
+
 // Only the emitter of a light ray's record.
 static inline uint32_t co_ray_emitter(const uint32_t *words)
 {

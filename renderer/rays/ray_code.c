@@ -68,17 +68,21 @@ typedef struct Oct {
     int32_t x, y; // [-max, max]
 } Oct;
 
+// x with the sign of `like`, for x >= 0.
+static int32_t with_sign(int32_t x, int32_t like)
+{
+    int32_t mask = like >> 31;
+    return (x ^ mask) - mask;
+}
+
 // The squared length is an integer below 2^52, so the only roundings are the root, the quotient and
-// the last one to float.
+// the last one to float. No branches: half of all directions are in the folded half, no one knows
+// which.
 static CoVec3 oct_decode(Oct code, int32_t max)
 {
-    int32_t ax = abs(code.x), ay = abs(code.y);
-    int32_t x = code.x, y = code.y, z = max - ax - ay;
-    if (z < 0) {
-        x = code.x < 0 ? ay - max : max - ay;
-        y = code.y < 0 ? ax - max : max - ax;
-    }
-    double dx = x, dy = y, dz = z;
+    int32_t ax = abs(code.x), ay = abs(code.y), z = max - ax - ay;
+    int32_t fold = z & z >> 31; // what |x| and |y| have too much where z < 0
+    double dx = with_sign(ax + fold, code.x), dy = with_sign(ay + fold, code.y), dz = z;
     double inv = 1.0 / sqrt(dx * dx + dy * dy + dz * dz);
     return co_vec3((float)(dx * inv), (float)(dy * inv), (float)(dz * inv));
 }
@@ -91,22 +95,17 @@ static int32_t clamp_code(int32_t x, int32_t max)
 // Nearest point of the grid. False, and the +z axis, for vectors that are zero or not finite.
 static bool oct_nearest(CoVec3 v, int32_t max, Oct *out)
 {
-    double x = (double)v.x, y = (double)v.y, z = (double)v.z;
-    double sum = fabs(x) + fabs(y) + fabs(z);
+    double x = fabs((double)v.x), y = fabs((double)v.y), sum = x + y + fabs((double)v.z);
     *out = (Oct){0, 0};
     if (!(sum > 0.0) || !isfinite(sum))
         return false;
-    double inv = 1.0 / sum;
-    x *= inv;
-    y *= inv;
-    if (z < 0.0) {
-        double fold_x = 1.0 - fabs(y), fold_y = 1.0 - fabs(x);
-        x = x < 0.0 ? -fold_x : fold_x;
-        y = y < 0.0 ? -fold_y : fold_y;
-    }
-    // Shifted to be positive, truncation rounds to the nearest, without a call of floor.
-    out->x = clamp_code((int32_t)(x * max + (max + 0.5)) - max, max);
-    out->y = clamp_code((int32_t)(y * max + (max + 0.5)) - max, max);
+    // Positive, so that truncation rounds to the nearest; the quotient never passes max by half.
+    double scale = max / sum;
+    int32_t ax = (int32_t)(x * scale + 0.5), ay = (int32_t)(y * scale + 0.5);
+    bool is_folded = v.z < 0.0f;
+    int32_t folded_x = is_folded ? max - ay : ax, folded_y = is_folded ? max - ax : ay;
+    out->x = with_sign(folded_x, (int32_t)float_bits(v.x));
+    out->y = with_sign(folded_y, (int32_t)float_bits(v.y));
     return true;
 }
 
@@ -281,9 +280,12 @@ static int exponent_max(uint32_t kind)
 static uint64_t weight_seed(const CoRay *ray, CoRayKey key, Oct code)
 {
     uint64_t h = co_hash64((uint64_t)key.pixel << 32 | key.sample);
-    h = co_hash64(h ^ ((uint64_t)key.seed << 32 | ray->depth << 2 | ray->kind));
-    h = co_hash64(h ^ ((uint64_t)ray->branch << 32 | ray->emitter));
-    return co_hash64(h ^ ((uint64_t)(uint32_t)code.x << 32 | (uint32_t)code.y));
+    uint64_t vertex = (uint64_t)key.seed << 32 | ray->depth << 2 | ray->kind;
+    uint64_t branch = (uint64_t)ray->branch << 32 | ray->emitter;
+    uint64_t direction = (uint64_t)(uint32_t)code.x << 32 | (uint32_t)code.y;
+    // Odd factors keep what is short from canceling; one round for all of it.
+    return co_hash64(h ^ vertex * 0x9e3779b97f4a7c15u ^ branch * 0xd1342543de82ef95u ^
+                     direction * 0xaf251af3b0f025b5u);
 }
 
 // The exponent is the least with max(weight) <= 511 * 2^exponent, so that rounding up never gives
