@@ -23,9 +23,10 @@ typedef struct Stream {
     Rays *rays;
     const Walk *walk;
     StreamRows rows;
+    Beam beam;
     uint32_t height, late_first, late_count;
-    StreamEntry late[LATE_LEAVES]; // a ring
-    StreamEntry stack[CO_STACK_SIZE];
+    StreamEntry late[LATE_PLACES]; // a ring
+    StreamEntry stack[LATE_STACK + CO_NODE_WIDTH + CO_STACK_SIZE];
 } Stream;
 
 // Pushes the children that are entered, the nearest last.
@@ -54,86 +55,95 @@ static inline uint64_t revisit(const Stream *stream, const StreamEntry *entry, u
     return active;
 }
 
-static inline void visit_late(Stream *stream)
-{
-    uint32_t ref, at = stream->late_first;
-    stream->late_first = (at + 1) % LATE_LEAVES;
-    stream->late_count--;
-    uint64_t active = revisit(stream, &stream->late[at], &ref);
-    if (active)
-        stream_leaf(stream->group, stream->rays, &stream->rows, active, stream->walk->bvh, ref,
-                    stream->walk->path);
-}
-
-// Asks for a leaf and comes back to it when others have been asked for: by then it is there.
-static inline void defer_leaf(Stream *stream, const StreamEntry *entry, uint64_t active,
-                              uint32_t ref)
-{
-    const CoBvh *bvh = stream->walk->bvh;
-    const char *leaf = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
-    StreamEntry late = *entry;
-    late.active = active;
-    late.hits = stream->group->hits;
-    __builtin_prefetch(leaf);
-    __builtin_prefetch(leaf + 64);
-    __builtin_prefetch(leaf + 128);
-    if (stream->late_count == LATE_LEAVES)
-        visit_late(stream);
-    stream->late[(stream->late_first + stream->late_count++) % LATE_LEAVES] = late;
-}
-
 // A node's children are tested once for all rays while they are many, and then, when their turn
 // comes, ray by ray; for few rays at once.
-static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active, const Beam *beam)
+static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active)
 {
     const CoWideNode *node = &stream->walk->tree->nodes[ref];
     uint32_t most = (uint32_t)__builtin_popcountll(active), hits = stream->group->hits;
     StreamNode found;
     if (most > NARROW_MOST) {
         hits = UINT32_MAX;
-        found.bits = beam_node(node, beam, &stream->rows, found.entry);
+        found.bits = beam_node(node, &stream->beam, &stream->rows, found.entry);
         for (int i = 0; i < CO_NODE_WIDTH; i++)
             found.active[i] = active;
     } else {
         stream_node(node, stream->rays, &stream->rows, active, &found);
     }
-    if (stream->walk->bvh && (found.bits & (found.bits - 1)))
-        prefetch_children(stream->walk->bvh, node, found.bits);
     push_children(stream, ref, &found, hits);
     count_nodes(stream->group, stream->walk, 1, most);
+}
+
+static inline void visit(Stream *stream, uint32_t ref, uint64_t active)
+{
+    const Walk *walk = stream->walk;
+    if (!(ref & CO_REF_LEAF))
+        visit_node(stream, ref, active);
+    else if (walk->bvh)
+        stream_leaf(stream->group, stream->rays, &stream->rows, active, walk->bvh, ref, walk->path);
+    else
+        trace_instance(stream->group, stream->rays, &stream->rows, active, walk,
+                       ref & ~CO_REF_LEAF);
+}
+
+static inline void visit_late(Stream *stream)
+{
+    uint32_t ref, at = stream->late_first;
+    stream->late_first = (at + 1) % LATE_PLACES;
+    stream->late_count--;
+    uint64_t active = revisit(stream, &stream->late[at], &ref);
+    if (active)
+        visit(stream, ref, active);
+}
+
+// Asks for a node or leaf of a mesh and comes back to it when others have been asked for: by then
+// it is there.
+static inline void defer(Stream *stream, const StreamEntry *entry, uint64_t active, uint32_t ref)
+{
+    const CoBvh *bvh = stream->walk->bvh;
+    const char *at = (const char *)&bvh->tree.nodes[ref];
+    if (ref & CO_REF_LEAF)
+        at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
+    StreamEntry late = *entry;
+    late.active = active;
+    late.hits = stream->group->hits;
+    for (size_t line = 0; line < sizeof(CoWideNode); line += 64) // usual leaves are smaller
+        __builtin_prefetch(at + line);
+    if (stream->late_count == LATE_PLACES)
+        visit_late(stream);
+    stream->late[(stream->late_first + stream->late_count++) % LATE_PLACES] = late;
 }
 
 // Rays `active`, whose directions have the same signs, through a tree.
 static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *walk)
 {
     Stream stream;
-    Beam beam = {.is_safe = false};
     const uint32_t any = (uint32_t)__builtin_ctzll(active);
     stream.group = group;
     stream.rays = rays;
     stream.walk = walk;
     stream.rows = stream_rows(rays, any);
     stream.height = stream.late_first = stream.late_count = 0;
+    stream.beam = (Beam){.is_safe = false};
     if (__builtin_popcountll(active) > NARROW_MOST)
-        beam_load(rays, any, &beam);
-    visit_node(&stream, 0, active, &beam);
-    while (stream.height > 0) {
+        beam_load(rays, any, &stream.beam);
+    visit_node(&stream, 0, active);
+    while (stream.height > 0 || stream.late_count > 0) {
+        if (stream.height == 0) {
+            visit_late(&stream);
+            continue;
+        }
         uint32_t ref;
         const StreamEntry *entry = &stream.stack[--stream.height];
         active = revisit(&stream, entry, &ref);
         if (!active)
             continue;
-        if (!(ref & CO_REF_LEAF))
-            visit_node(&stream, ref, active, &beam);
-        else if (walk->bvh && __builtin_popcountll(active) > NARROW_MOST)
-            stream_leaf(group, rays, &stream.rows, active, walk->bvh, ref, walk->path);
-        else if (walk->bvh)
-            defer_leaf(&stream, entry, active, ref);
+        // Going deep first needs CO_STACK_SIZE; what is put off needs more while there is room.
+        if (walk->bvh && __builtin_popcountll(active) <= LATE_MOST && stream.height <= LATE_STACK)
+            defer(&stream, entry, active, ref);
         else
-            trace_instance(group, rays, &stream.rows, active, walk, ref & ~CO_REF_LEAF);
+            visit(&stream, ref, active);
     }
-    while (stream.late_count)
-        visit_late(&stream);
 }
 
 // All rays through an object in whose space they are.

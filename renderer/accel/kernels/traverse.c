@@ -11,7 +11,9 @@
 enum {
     NARROW_MOST = 16,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
-    LATE_LEAVES = 2       // leaves asked for and not yet looked at
+    LATE_MOST = 8,        // to a node or leaf, up to which it is asked for before it is looked at
+    LATE_PLACES = 4,      // such that are asked for at a time
+    LATE_STACK = 256      // entries of a stack up to which anything is put off
 };
 
 // Of a group, by slot.
@@ -410,9 +412,8 @@ static bool take_ray(Group *group, const CoRayBatch *batch, size_t i, Ray *ray, 
     return true;
 }
 
-static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch,
-                         const uint8_t *flags, CoHitBatch *hits, size_t i,
-                         CoTraverseStats *stats)
+static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
+                         CoHitBatch *hits, size_t i, CoTraverseStats *stats)
 {
     Group group;
     Ray ray;
