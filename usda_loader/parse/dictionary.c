@@ -15,8 +15,7 @@ static int by_key(const void *a, const void *b)
     return order ? order : x->number < y->number ? -1 : 1;
 }
 
-// Sorts by key; of equal keys the last one stays.
-static bool sort_entries(CoParser *p, CoDict *dict)
+bool co_dict_sort(CoParser *p, CoDict *dict)
 {
     bool sorted = true;
     for (size_t i = 1; i < dict->count && sorted; i++)
@@ -39,7 +38,7 @@ static bool sort_entries(CoParser *p, CoDict *dict)
     return true;
 }
 
-static bool push_entry(CoParser *p, CoDict *dict, const char *key, CoValue *value)
+bool co_dict_push(CoParser *p, CoDict *dict, const char *key, CoValue *value)
 {
     CoDictEntry *entry = co_parse_push(p, &dict->entries, dict->count, sizeof *entry);
     if (!entry)
@@ -116,7 +115,7 @@ static bool parse_entry(CoParser *p, void *context)
     if (!value)
         return false;
     *value = parsed;
-    return push_entry(p, dict, key, value);
+    return co_dict_push(p, dict, key, value);
 }
 
 bool co_parse_dictionary(CoParser *p, CoDict *out)
@@ -127,15 +126,5 @@ bool co_parse_dictionary(CoParser *p, CoDict *out)
         return false;
     bool good = co_parse_statements(p, '}', parse_entry, out);
     p->depth--;
-    return good && sort_entries(p, out);
-}
-
-bool co_dict_set(CoParser *p, CoDict *dict, const char *key, CoValue *value)
-{
-    for (size_t i = 0; i < dict->count; i++)
-        if (dict->entries[i].key == key) {
-            dict->entries[i].value = value;
-            return true;
-        }
-    return push_entry(p, dict, key, value) && sort_entries(p, dict);
+    return good && co_dict_sort(p, out);
 }

@@ -156,6 +156,7 @@ static CoLayer *parse_source(const Source *source, const CohortStageOptions *opt
         layer->byte_count = size;
     co_free(CO_MEMORY_USDA, parser.prim_path, parser.prim_path_capacity);
     co_free(CO_MEMORY_USDA, parser.scratch, parser.scratch_size);
+    co_free(CO_MEMORY_USDA, parser.field_slots, parser.field_capacity * sizeof(uint32_t));
     if (!begun && !parser.error_count && report)
         report(cookie, COHORT_SEVERITY_ERROR, path, 0, 0, "", "out of memory");
     if (!begun || parser.error_count || parser.stopped) {

@@ -188,8 +188,8 @@ static bool path_item(CoParser *p, void *context, void *out)
         return false;
     if (info.has_variant)
         return co_parse_fail(p, at, "found a path with a variant selection: <%s>", path);
-    if (*prims_only ? info.is_property || info.is_root || !*path
-                    : info.is_root || !*path || info.is_target)
+    bool is_root = strcmp(path, "/") == 0;
+    if (*prims_only ? info.is_property || is_root || !*path : is_root || !*path || info.is_target)
         return co_parse_fail(p, at, "found <%s>, expected the path of a %s", path,
                              *prims_only ? "prim" : "prim or property");
     *item = (CohortString){path, strlen(path)};

@@ -142,7 +142,7 @@ static bool substitution_item(CoParser *p, void *context)
         return false;
     *value = (CoValue){.type = COHORT_TYPE_STRING, .count = 1, .data = text};
     const char *token = co_parse_token(p, key.text, key.length);
-    return token && co_dict_set(p, context, token, value);
+    return token && co_dict_push(p, context, token, value);
 }
 
 static bool parse_substitutions(CoParser *p, CoSpec *spec, const char *field)
@@ -150,7 +150,7 @@ static bool parse_substitutions(CoParser *p, CoSpec *spec, const char *field)
     const char *at = p->scan.at;
     CoDict *dict = co_parse_alloc(p, 1, sizeof *dict);
     if (!dict || !co_parse_assignment(p) || !co_parse_char(p, '{') ||
-        !co_parse_list(p, '}', false, substitution_item, dict))
+        !co_parse_list(p, '}', false, substitution_item, dict) || !co_dict_sort(p, dict))
         return false;
     CoValue *value = co_parse_field(p, spec, field, at);
     if (value)
@@ -205,9 +205,9 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
         *dict = *(const CoDict *)value->data;
     *value = (CoValue){.type = COHORT_TYPE_VARIANT_SELECTION, .count = 1, .data = dict};
     for (size_t i = 0; i < chosen.count; i++)
-        if (!co_dict_set(p, dict, chosen.entries[i].key, chosen.entries[i].value))
+        if (!co_dict_push(p, dict, chosen.entries[i].key, chosen.entries[i].value))
             return false;
-    return true;
+    return co_dict_sort(p, dict);
 }
 
 // ---- name = value ------------------------------------------------------------------------------

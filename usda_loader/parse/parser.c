@@ -9,6 +9,7 @@
 // Errors reported for one layer before the rest is left alone.
 enum {
     MAX_ERRORS = 100,
+    FEW_FIELDS = 32, // are searched in order
     MAX_FIELDS = (1 << 24) - 1 // what CoSpec.field_count can hold
 };
 
@@ -109,15 +110,66 @@ static const char *name_token(CoParser *p, const char *name)
     return p->names[slot].token;
 }
 
+static void add_field_slot(CoParser *p, const char *name, uint32_t position)
+{
+    size_t slot = (size_t)co_hash64((uint64_t)(uintptr_t)name) & (p->field_capacity - 1);
+    while (p->field_slots[slot])
+        slot = (slot + 1) & (p->field_capacity - 1);
+    p->field_slots[slot] = position + 1;
+}
+
+// Makes the table that of a spec, with room for one field more.
+static bool index_fields(CoParser *p, const CoSpec *spec)
+{
+    size_t wanted = p->field_capacity ? p->field_capacity : 8 * FEW_FIELDS;
+    while (wanted < 2 * ((size_t)spec->field_count + 1))
+        wanted *= 2;
+    if (p->field_spec == spec && wanted == p->field_capacity)
+        return true;
+    if (wanted > p->field_capacity) {
+        uint32_t *slots = co_realloc(CO_MEMORY_USDA, p->field_slots,
+                                     p->field_capacity * sizeof *slots, wanted * sizeof *slots);
+        if (!slots)
+            return co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        p->field_slots = slots;
+        p->field_capacity = wanted;
+    }
+    memset(p->field_slots, 0, p->field_capacity * sizeof *p->field_slots);
+    for (uint32_t i = 0; i < spec->field_count; i++)
+        add_field_slot(p, spec->fields[i].name, i);
+    p->field_spec = spec;
+    return true;
+}
+
+// *found is NULL if there is none.
+static bool find_field(CoParser *p, const CoSpec *spec, const char *token, CoField **found)
+{
+    *found = NULL;
+    if (spec->field_count < FEW_FIELDS) {
+        for (size_t i = 0; i < spec->field_count; i++)
+            if (spec->fields[i].name == token)
+                *found = &spec->fields[i];
+        return true;
+    }
+    if (!index_fields(p, spec))
+        return false;
+    size_t slot = (size_t)co_hash64((uint64_t)(uintptr_t)token) & (p->field_capacity - 1);
+    for (; p->field_slots[slot]; slot = (slot + 1) & (p->field_capacity - 1))
+        if (spec->fields[p->field_slots[slot] - 1].name == token) {
+            *found = &spec->fields[p->field_slots[slot] - 1];
+            return true;
+        }
+    return true;
+}
+
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at)
 {
     const char *token = name_token(p, name);
     if (!token)
         return NULL;
-    CoField *field = NULL;
-    for (size_t i = 0; i < spec->field_count; i++)
-        if (spec->fields[i].name == token)
-            field = &spec->fields[i];
+    CoField *field;
+    if (!find_field(p, spec, token, &field))
+        return NULL;
     if (!field) {
         if (spec->field_count >= MAX_FIELDS) {
             co_parse_stop(p, at, COHORT_ERROR_LIMIT, "more than %d fields in one place", MAX_FIELDS);
@@ -126,6 +178,8 @@ CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char 
         field = co_parse_push(p, &spec->fields, spec->field_count, sizeof *field);
         if (!field)
             return NULL;
+        if (p->field_spec == spec)
+            add_field_slot(p, token, spec->field_count);
         spec->field_count++;
     }
     field->name = token;

@@ -53,6 +53,9 @@ typedef struct CoParser {
     CoKnownType types[CO_NAME_CACHE];    // named last, by address
     CoKept kept[CO_KEPT_CACHE];          // small values stored last, by hash
     void *spare[CO_SPARE_SIZES];         // blocks that lists outgrew, by log2 of the size
+    const CoSpec *field_spec; // of many fields, which these are: position + 1 by name, 0 = empty
+    uint32_t *field_slots;
+    size_t field_capacity;
     const char *line_at; // the last place whose line was asked for
     uint32_t line;
     bool is_mapped;       // the text is a file that can be read again
@@ -139,7 +142,9 @@ bool co_parse_value(CoParser *p, CohortType type, bool is_array, CoValue *out);
 bool co_parse_opaque(CoParser *p, CoValue *out);
 bool co_parse_opaque_item(CoParser *p, CoValue *out); // the same of a list: no path, not None
 bool co_parse_dictionary(CoParser *p, CoDict *out); // from its '{'
-bool co_dict_set(CoParser *p, CoDict *dict, const char *key, CoValue *value);
+// One more entry, then the order that a dictionary has: of equal keys the last stays.
+bool co_dict_push(CoParser *p, CoDict *dict, const char *key, CoValue *value);
+bool co_dict_sort(CoParser *p, CoDict *dict);
 bool co_parse_array_edit(CoParser *p, CohortType type, CoValue *out); // from its '['
 
 // ---- List operations (listop.c)
@@ -192,6 +197,7 @@ CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *
 // The spec of that name below one, NULL if none.
 CoSpec *co_parse_child(const CoSpec *spec, const char *name);
 CoSpec *co_parse_property_named(const CoSpec *spec, const char *name);
+CoSpec *co_parse_variant_set(const CoSpec *spec, const char *name);
 // Said a second time, a set holds only the variants said then.
 void co_parse_clear_children(CoSpec *spec);
 bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found);

@@ -85,11 +85,8 @@ static CoSpec *find_set(CoParser *p, CoSpec *owner, const CohortString *name, co
     const char *token = co_parse_token(p, name->text, name->length);
     if (!token)
         return NULL;
-    const CoContents *in = co_spec_contents(owner);
-    for (size_t i = 0; i < in->variant_set_count; i++)
-        if (in->variant_sets[i]->name == token)
-            return in->variant_sets[i];
-    return co_parse_spec(p, owner, CO_SPEC_VARIANT_SET, token, at);
+    CoSpec *known = co_parse_variant_set(owner, token);
+    return known ? known : co_parse_spec(p, owner, CO_SPEC_VARIANT_SET, token, at);
 }
 
 static CoSpec *find_variant(CoParser *p, CoSpec *set, const CohortString *name, const char *at)

@@ -18,7 +18,7 @@ typedef struct Table {
 } Table;
 
 struct CoNameIndex {
-    Table children, properties;
+    Table children, properties, variant_sets;
 };
 
 static size_t slot_of(const char *name, size_t capacity)
@@ -89,6 +89,13 @@ CoSpec *co_parse_property_named(const CoSpec *spec, const char *name)
                 name);
 }
 
+CoSpec *co_parse_variant_set(const CoSpec *spec, const char *name)
+{
+    const CoContents *in = co_spec_contents(spec);
+    return find(in->index ? &in->index->variant_sets : NULL, in->variant_sets,
+                in->variant_set_count, name);
+}
+
 void co_parse_clear_children(CoSpec *spec)
 {
     CoContents *in = spec->contents;
@@ -114,12 +121,16 @@ static bool append(CoParser *p, CoContents *in, CoSpec *spec)
         return false;
     *slot = spec;
     ++*count;
-    if (is_set || *count <= SHORT_LIST)
+    if (*count <= SHORT_LIST)
         return true;
     if (!in->index)
         in->index = co_parse_alloc(p, 1, sizeof *in->index);
-    return in->index && table_update(p, is_child ? &in->index->children : &in->index->properties,
-                                     *list, *count);
+    if (!in->index)
+        return false;
+    Table *table = is_set     ? &in->index->variant_sets
+                   : is_child ? &in->index->children
+                              : &in->index->properties;
+    return table_update(p, table, *list, *count);
 }
 
 static CoContents *contents_of(CoParser *p, CoSpec *spec)

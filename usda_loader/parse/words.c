@@ -95,6 +95,12 @@ static bool check_utf8(CoParser *p, CoSlice slice)
 {
     const char *at = slice.begin, *end = slice.begin + slice.length;
     while (at < end) {
+        uint64_t eight;
+        while (end - at >= 8 &&
+               (memcpy(&eight, at, 8), (eight & UINT64_C(0x8080808080808080)) == 0))
+            at += 8;
+        if (at >= end)
+            break;
         uint32_t code;
         size_t step = (unsigned char)*at < 0x80 ? 1 : co_utf8_decode(at, end, &code);
         if (!step)

@@ -16,11 +16,26 @@ void co_write_indent(CoWriter *w)
         fwrite("    ", 1, 4, w->file);
 }
 
+// Bytes from the first on that stand for themselves in a string.
+static size_t plain_length(const char *text, size_t length)
+{
+    size_t i = 0;
+    while (i < length && ((text[i] >= 0x20 && text[i] < 0x7f) || text[i] == '\n') &&
+           text[i] != '"' && text[i] != '\\')
+        i++;
+    return i;
+}
+
 void co_write_string(CoWriter *w, const char *text, size_t length)
 {
     const char *quotes = memchr(text, '\n', length) ? "\"\"\"" : "\"";
     co_write_text(w, quotes);
     for (size_t i = 0; i < length; i++) {
+        size_t plain = plain_length(text + i, length - i);
+        fwrite(text + i, 1, plain, w->file);
+        i += plain;
+        if (i >= length)
+            break;
         unsigned char c = (unsigned char)text[i];
         uint32_t code;
         size_t step = co_utf8_decode(text + i, text + length, &code);
@@ -35,8 +50,6 @@ void co_write_string(CoWriter *w, const char *text, size_t length)
             co_write_text(w, "\\r");
         } else if ((c < 0x20 && c != '\n') || c == 0x7f || step == 0) {
             fprintf(w->file, "\\x%02x", c);
-        } else {
-            putc(c, w->file);
         }
     }
     co_write_text(w, quotes);

@@ -280,6 +280,47 @@ static void type_names(void **state)
     assert_ptr_not_equal(token("abc"), token("abd"));
 }
 
+// More names in one place than are searched in order, each said twice.
+static void many_names_are_told_apart(void **state)
+{
+    (void)state;
+    enum {
+        COUNT = 500
+    };
+    size_t room = 64 * COUNT * 4, used = 0;
+    char *text = malloc(room);
+    assert_non_null(text);
+    used += (size_t)snprintf(text, room, "#usda 1.0\ndef \"A\" (\n");
+    for (int i = 0; i < 2 * COUNT; i++)
+        used += (size_t)snprintf(text + used, room - used, "f%d = %d\n", i % COUNT, i);
+    used += (size_t)snprintf(text + used, room - used, ") {\n");
+    for (int i = 0; i < 2 * COUNT; i++)
+        used += (size_t)snprintf(text + used, room - used, "variantSet \"s%d\" = { \"v%d\" {} }\n",
+                                 i % COUNT, i);
+    used += (size_t)snprintf(text + used, room - used, "}\n");
+    Reports reports;
+    CohortError err;
+    CoLayer *layer = parse_bytes(text, used, NULL, &reports, &err);
+    free(text);
+    assert_non_null(layer);
+    const CoSpec *prim = co_spec_child(layer->root, token("A"));
+    assert_int_equal(prim->field_count, COUNT);
+    const CoContents *in = co_spec_contents(prim);
+    assert_int_equal(in->variant_set_count, COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        char name[16], said[16];
+        snprintf(name, sizeof name, "f%d", i);
+        snprintf(said, sizeof said, "%d", i + COUNT);
+        const CoField *field = co_spec_field(prim, token(name));
+        assert_non_null(field);
+        assert_string_equal(((const CohortString *)field->value.data)->text, said);
+        const CoContents *set = co_spec_contents(in->variant_sets[i]);
+        assert_int_equal(set->child_count, 1);
+        assert_int_equal(strtol(set->children[0]->name + 1, NULL, 10), i + COUNT);
+    }
+    co_layer_destroy(layer);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -293,6 +334,7 @@ int main(void)
         cmocka_unit_test(an_attribute_spoken_of_as_a_relationship_stays_one),
         cmocka_unit_test(a_type_may_be_metadata),
         cmocka_unit_test(long_lists_are_found_by_name),
+        cmocka_unit_test(many_names_are_told_apart),
         cmocka_unit_test(type_names),
     };
     return cmocka_run_group_tests(tests, load, unload);

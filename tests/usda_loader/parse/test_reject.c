@@ -95,6 +95,7 @@ static const Case cases[] = {
     {"( unknown = [[]] )\n", 2, 15, "a value"},
     {"def \"A\" {\n rel a[</B>] = </C>\n}\n", 3, 14, "a line end"},
     {"def \"A\" {\n rel a[]\n}\n", 3, 7, "a line end"},
+    {"def \"A\" {\n rel a = <..>\n}\n", 3, 10, "the path of a prim or property"},
     {"/* no end", 2, 1, "def, over, class"},
 };
 
