@@ -4,6 +4,7 @@
 #ifndef CO_SIMD_FOUR_H
 #define CO_SIMD_FOUR_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef float CoFour __attribute__((vector_size(16)));
@@ -48,6 +49,20 @@ static inline CoFour co_four_max(CoFour a, CoFour b)
 #else
     return co_four_select(a > b, a, b);
 #endif
+}
+
+// The first three have the same bits.
+static inline bool co_four_same3(CoFour a, CoFour b)
+{
+    CoFourBits x = (CoFourBits)a ^ (CoFourBits)b;
+    return (x[0] | x[1] | x[2]) == 0;
+}
+
+// The first three are numbers below a limit.
+static inline bool co_four_below3(CoFour a, float limit)
+{
+    CoFourBits x = a < co_four_set1(limit);
+    return x[0] & x[1] & x[2] & 1;
 }
 
 // Largest of the first three and `least`.

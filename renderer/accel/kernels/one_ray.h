@@ -27,6 +27,7 @@
 typedef struct Ray {
     CoFour org, dir, inv;   // inv = 1 / dir, finite and never 0
     CoFour near_c, far_c;   // of a node's slabs
+    CoFour near_tight, far_tight; // in a group: of the nodes of meshes that stand in it as they are
     float pad;              // of the canonical slabs
     float entry, exit;      // of the instances' boxes on the way here
     float from, to;         // where hits may lie, as far as is known
@@ -35,6 +36,7 @@ typedef struct Ray {
     uint32_t near_row[3];   // rows of CoWideNode.planes; the far one is near_row ^ 1
     uint32_t slot;          // which ray of the group
     bool is_huge;           // a node's slabs may overflow: children are to be looked at
+    bool is_fit;            // the direction is neither infinite nor zero
 } Ray;
 
 // A ray's slab constants, one value in all lanes.
@@ -43,12 +45,19 @@ typedef struct Slab {
     uint32_t near_row[3];
 } Slab;
 
-static inline void slab_load(const Ray *ray, Slab *slab)
+static inline void slab_set(Slab *slab, CoFour near_c, CoFour far_c)
 {
     for (int k = 0; k < 3; k++) {
+        slab->near_c[k] = co_lane_set1(near_c[k]);
+        slab->far_c[k] = co_lane_set1(far_c[k]);
+    }
+}
+
+static inline void slab_load(const Ray *ray, Slab *slab)
+{
+    slab_set(slab, ray->near_c, ray->far_c);
+    for (int k = 0; k < 3; k++) {
         slab->inv[k] = co_lane_set1(ray->inv[k]);
-        slab->near_c[k] = co_lane_set1(ray->near_c[k]);
-        slab->far_c[k] = co_lane_set1(ray->far_c[k]);
         slab->near_row[k] = ray->near_row[k];
     }
     slab->from = co_lane_set1(ray->from);
@@ -61,15 +70,18 @@ static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLan
 {
     uint32_t bits = 0;
     for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
-        CoLane near = slab->from, far = to;
+        CoLane near = slab->from, far = to, near_side[3], far_side[3];
         for (int k = 0; k < 3; k++) {
             CoLane near_plane = co_lane_load(node->planes[slab->near_row[k]] + i);
             CoLane far_plane = co_lane_load(node->planes[slab->near_row[k] ^ 1u] + i);
             near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
             far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
-            near = co_lane_max(near_plane, near);
-            far = co_lane_min(far_plane, far);
+            near_side[k] = near_plane;
+            far_side[k] = far_plane;
         }
+        // Two steps, not three: this is what the next node waits for.
+        near = co_lane_max(co_lane_max(near_side[1], near_side[2]), co_lane_max(near_side[0], near));
+        far = co_lane_min(co_lane_min(far_side[1], far_side[2]), co_lane_min(far_side[0], far));
         co_lane_store(entry + i, near);
         bits |= co_lane_bits(co_lane_le(near, far)) << i;
     }
@@ -125,56 +137,98 @@ static inline void ray_transform(const Ray *ray, const CoAffine *to_object, Ray 
     out->dir = column[0] * ray->dir[0] + column[1] * ray->dir[1] + column[2] * ray->dir[2];
 }
 
-static inline void ray_shear(Ray *ray)
+// 1, 2, 0: without a branch, as no axis is likelier than another.
+static inline uint32_t next_axis(uint32_t axis)
 {
-    CoFour d = ray->dir, a = co_four_abs(d);
-    uint32_t z = a[0] > a[1] ? (a[0] > a[2] ? 0 : 2) : (a[1] > a[2] ? 1 : 2);
-    float major = z == 0 ? d[0] : z == 1 ? d[1] : d[2];
-    CoFour slope = d / co_four_set1(major);
+    return 9u >> 2 * axis & 3u;
+}
+
+// Derives what depends on the direction alone. Directions below 1e-18 of the largest component are
+// taken as that: the padding keeps planes far enough that such a ray still passes all boxes which
+// it touches.
+static inline void ray_set_direction(Ray *ray)
+{
+    CoFour dir = ray->dir, a = co_four_abs(dir);
+    float largest = co_four_largest3(a, 0.0f);
+    CoFour tiny = co_four_set1(largest * 1e-18f);
+    CoFour d = co_four_select(a < tiny, co_four_copysign(tiny, dir), dir);
+    CoFourBits is_negative = d < co_four_set1(0.0f);
+    uint32_t x_over_y = a[0] > a[1], x_over_z = a[0] > a[2], y_over_z = a[1] > a[2];
+    uint32_t z = 2 - 2 * (x_over_y & x_over_z) - (~x_over_y & y_over_z);
+    union {
+        CoFour four;
+        float axis[4];
+    } from = {dir}, slope;
+    slope.four = dir / co_four_set1(from.axis[z]);
+    ray->inv = co_four_set1(1.0f) / d;
+    for (uint32_t k = 0; k < 3; k++)
+        ray->near_row[k] = 2 * k + (uint32_t)(is_negative[k] & 1);
     ray->major = z;
-    ray->shear_x = z == 0 ? slope[1] : z == 1 ? slope[2] : slope[0];
-    ray->shear_y = z == 0 ? slope[2] : z == 1 ? slope[0] : slope[1];
+    ray->shear_x = slope.axis[next_axis(z)];
+    ray->shear_y = slope.axis[next_axis(next_axis(z))];
+    ray->is_fit = largest > 1e-18f && co_four_below3(a, 1e37f);
+}
+
+// The same for a ray whose direction is that of another.
+static inline void ray_share_direction(const Ray *from, Ray *ray)
+{
+    ray->inv = from->inv;
+    for (uint32_t k = 0; k < 3; k++)
+        ray->near_row[k] = from->near_row[k];
+    ray->major = from->major;
+    ray->shear_x = from->shear_x;
+    ray->shear_y = from->shear_y;
+    ray->is_fit = from->is_fit;
+}
+
+// From a point to the farthest plane of a box.
+static inline float box_distance(CoFour org, const CoBox *box)
+{
+    CoFour reach = co_four_max(org - box_corner(box->lo), co_four_set1(0.0f));
+    reach = co_four_max(box_corner(box->hi) - org, reach);
+    return float_min(co_four_largest3(reach, 0.0f), 3e38f);
+}
+
+// Of the canonical slabs, see ray_set_origin.
+static inline float padding(float distance, float largest_org, float relative)
+{
+    return (distance * (0x1p-20f + relative) + largest_org * relative) + CO_LEAST_SLACK;
 }
 
 // Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
 // from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
 // units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
 // coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
-// below may be off by, in units of D and of the origin. Directions below 1e-18 of the largest
-// component are taken as that: the padding keeps planes far enough that such a ray still passes all
-// boxes which it touches. A node's plane * inv + c is off by at most 4 units of the origin's
-// coordinate and 6 of D, each times inv, if the product is rounded: 8 more of both. What may
-// overflow becomes NaN, which never culls. False for a ray that a transform made infinite or zero:
-// it hits nothing.
-static inline bool ray_prepare(Ray *ray, const CoBox *box, float relative)
+// below may be off by, in units of D and of the origin. A node's plane * inv + c is off by at most 4
+// units of the origin's coordinate and 6 of D, each times inv, if the product is rounded: 8 more of
+// both. What may overflow becomes NaN, which never culls. False for a ray that a transform made
+// infinite or zero: it hits nothing.
+static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
 {
-    const CoFour zero = co_four_set1(0.0f), nan = co_four_set1(__builtin_nanf(""));
-    CoFour org = ray->org, dir = ray->dir, size = co_four_abs(org), abs_dir = co_four_abs(dir);
-    CoFour reach = co_four_max(org - box_corner(box->lo), zero);
-    reach = co_four_max(box_corner(box->hi) - org, reach);
-    float distance = co_four_largest3(reach, 0.0f), largest_org = co_four_largest3(size, 0.0f);
-    float largest_dir = co_four_largest3(abs_dir, 0.0f);
-    bool is_fit = largest_org < 3e38f && largest_dir < 1e37f && largest_dir > 1e-18f;
-    for (int k = 0; k < 3; k++) // NaN
-        is_fit = is_fit && org[k] == org[k] && dir[k] == dir[k];
-    distance = float_min(distance, 3e38f);
-    ray->pad = (distance * (0x1p-20f + relative) + largest_org * relative) + CO_LEAST_SLACK;
-    CoFour tiny = co_four_set1(largest_dir * 1e-18f);
-    CoFour d = co_four_select(abs_dir < tiny, co_four_copysign(tiny, dir), dir);
-    CoFour inv = co_four_set1(1.0f) / d;
-    reach = size + distance;
-    CoFour shift = (size * 0x1p-23f + (ray->pad + CO_LEAST_SLACK)) + reach * 0x1p-21f;
-    shift = co_four_copysign(shift, d);
+    const CoFour nan = co_four_set1(__builtin_nanf(""));
+    CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);
+    float distance = box_distance(org, box);
+    ray->pad = padding(distance, co_four_largest3(size, 0.0f), relative);
+    CoFour reach = size + distance;
+    CoFour rounding = size * 0x1p-23f + reach * 0x1p-21f;
+    CoFour shift = co_four_copysign(rounding + (ray->pad + CO_LEAST_SLACK), inv);
     CoFourBits is_safe = reach * co_four_abs(inv) < co_four_set1(0x1p125f);
-    CoFourBits is_negative = d < zero;
-    ray->inv = inv;
     ray->near_c = co_four_select(is_safe, (org + shift) * -inv, nan);
     ray->far_c = co_four_select(is_safe, (org - shift) * -inv, nan);
+    if (relative > 0.0f) {
+        shift = rounding + (padding(distance, 0.0f, 0.0f) + CO_LEAST_SLACK);
+        shift = co_four_copysign(shift, inv);
+        ray->near_tight = co_four_select(is_safe, (org + shift) * -inv, nan);
+        ray->far_tight = co_four_select(is_safe, (org - shift) * -inv, nan);
+    }
     ray->is_huge = !(is_safe[0] & is_safe[1] & is_safe[2]);
-    for (uint32_t k = 0; k < 3; k++)
-        ray->near_row[k] = 2 * k + (uint32_t)(is_negative[k] & 1);
-    ray_shear(ray);
-    return is_fit;
+    return ray->is_fit && co_four_below3(size, 3e38f);
+}
+
+static inline bool ray_prepare(Ray *ray, const CoBox *box, float relative)
+{
+    ray_set_direction(ray);
+    return ray_set_origin(ray, box, relative);
 }
 
 #endif

@@ -169,6 +169,8 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
     out->inv = THREE(inv);
     out->near_c = THREE(near_c);
     out->far_c = THREE(far_c);
+    out->near_tight = out->near_c;
+    out->far_tight = out->far_c;
 #undef THREE
     out->pad = rays->pad[j];
     out->entry = rays->entry[j];
@@ -182,6 +184,7 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
         out->near_row[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
     out->slot = rays->slot[j];
     out->is_huge = rays->huge >> j & 1u;
+    out->is_fit = true; // else it would not have come here
 }
 
 // Ray j as the triangle test needs it.

@@ -4,34 +4,62 @@
 #ifndef CO_ACCEL_KERNELS_SINGLE_H
 #define CO_ACCEL_KERNELS_SINGLE_H
 
-typedef struct StackEntry {
-    uint32_t ref;
-    float entry;
-} StackEntry;
+// A child that is entered: the bits of the distance, which are in the order of distances (but for
+// negative ones, which are merely visited in another order), above its reference.
+typedef uint64_t Entered;
+
+static inline Entered entered_child(const CoWideNode *node, const float entry[CO_NODE_WIDTH],
+                                    uint32_t i)
+{
+    union {
+        float f;
+        uint32_t u;
+    } bits = {entry[i]};
+    return (uint64_t)bits.u << 32 | node->child[i];
+}
+
+static inline float entered_at(Entered child)
+{
+    union {
+        uint32_t u;
+        float f;
+    } bits = {(uint32_t)(child >> 32)};
+    return bits.f;
+}
+
+// Puts the nearer of two first; no branch, as it would be guessed wrong half the time.
+static inline void order(Entered *first, Entered *second)
+{
+    bool is_swapped = *second >> 32 < *first >> 32;
+    Entered swap = (*first ^ *second) & -(uint64_t)is_swapped;
+    *first ^= swap;
+    *second ^= swap;
+}
 
 // Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
 // nearest of them last. Most nodes have one or two.
-static inline uint32_t descend(StackEntry *stack, uint32_t *height, const CoWideNode *node,
+static inline uint32_t descend(Entered *stack, uint32_t *height, const CoWideNode *node,
                                uint32_t bits, const float entry[CO_NODE_WIDTH])
 {
     uint32_t first = (uint32_t)__builtin_ctz(bits);
     bits &= bits - 1;
     if (!bits)
         return node->child[first];
-    StackEntry nearest = {node->child[first], entry[first]};
-    uint32_t base = *height, top = base;
-    for (; bits; bits &= bits - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(bits), at = top++;
-        StackEntry other = {node->child[i], entry[i]};
-        bool is_nearer = other.entry < nearest.entry;
-        StackEntry pushed = is_nearer ? nearest : other;
-        nearest = is_nearer ? other : nearest;
-        for (; at > base && stack[at - 1].entry < pushed.entry; at--)
+    Entered nearest = entered_child(node, entry, first);
+    Entered other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
+    uint32_t base = *height, top = base + 1;
+    order(&nearest, &other);
+    stack[base] = other;
+    for (bits &= bits - 1; bits; bits &= bits - 1) {
+        uint32_t at = top++;
+        other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
+        order(&nearest, &other);
+        for (; at > base && stack[at - 1] >> 32 < other >> 32; at--)
             stack[at] = stack[at - 1];
-        stack[at] = pushed;
+        stack[at] = other;
     }
     *height = top;
-    return nearest.ref;
+    return (uint32_t)nearest;
 }
 
 static inline bool is_empty(const CoObject *object)
@@ -60,21 +88,21 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
     }
 }
 
-static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t index);
+static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk *walk,
+                           uint32_t index);
 
-// One ray through what lies below `ref`.
-static void walk_single(Group *group, Ray *ray, const Walk *walk, uint32_t ref)
+// One ray through what lies below `ref`. tight: in a group, slabs for meshes that stand as they are.
+static void walk_slabs(Group *group, Ray *ray, const Slab *slab, const Slab *tight,
+                       const Walk *walk, uint32_t ref)
 {
-    StackEntry stack[CO_STACK_SIZE];
+    Entered stack[CO_STACK_SIZE];
     float entry[CO_NODE_WIDTH];
     uint32_t height = 0, nodes = 0;
-    Slab slab;
-    slab_load(ray, &slab);
     const CoBvh *bvh = walk->bvh;
     for (;;) {
         if (!(ref & CO_REF_LEAF)) {
             const CoWideNode *node = &walk->tree->nodes[ref];
-            uint32_t bits = slab_node(node, &slab, co_lane_set1(ray->to), entry);
+            uint32_t bits = slab_node(node, slab, co_lane_set1(ray->to), entry);
             nodes++;
             if (ray->is_huge)
                 bits &= present_children(node);
@@ -85,24 +113,73 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, uint32_t ref)
                 continue;
             }
         } else if (!bvh) {
-            enter_instance(group, ray, walk, ref & ~CO_REF_LEAF);
+            enter_instance(group, ray, tight, walk, ref & ~CO_REF_LEAF);
         } else if (bvh->patches) {
             if (trace_grid_leaf(group, ray, bvh, ref, walk->path))
                 break;
         } else if (trace_leaf(group, ray, bvh, ref, walk->path)) {
             break;
         }
-        while (height > 0 && !(stack[height - 1].entry <= ray->to))
+        while (height > 0 && !(entered_at(stack[height - 1]) <= ray->to))
             height--;
         if (height == 0)
             break;
-        ref = stack[--height].ref;
+        ref = (uint32_t)stack[--height];
     }
     count_nodes(group, walk, nodes, nodes);
 }
 
+static void walk_single(Group *group, Ray *ray, const Walk *walk, uint32_t ref)
+{
+    Slab slab, tight;
+    slab_load(ray, &slab);
+    if (!walk->bvh) {
+        tight = slab;
+        slab_set(&tight, ray->near_tight, ray->far_tight);
+    }
+    walk_slabs(group, ray, &slab, &tight, walk, ref);
+}
+
+// Where a ray enters and leaves an instance, and may still hit.
+typedef struct Passage {
+    float entry, exit, from, to;
+} Passage;
+
+// Through a mesh that stands in its group as it is: the ray stays what it is, but for the padding.
+static void enter_in_place(Group *group, Ray *ray, const Slab *tight, const Walk *below,
+                           const Passage *passage)
+{
+    float entry = ray->entry, exit = ray->exit, pad = ray->pad;
+    ray->entry = passage->entry;
+    ray->exit = passage->exit;
+    ray->to = passage->to;
+    ray->pad = padding(box_distance(ray->org, &below->tree->box), 0.0f, 0.0f);
+    walk_slabs(group, ray, tight, NULL, below, 0);
+    ray->entry = entry;
+    ray->exit = exit;
+    ray->pad = pad;
+}
+
+// Through an object in a space of its own.
+static void enter_space(Group *group, const Ray *ray, Ray *inner, const Walk *below,
+                        const Passage *passage)
+{
+    inner->entry = passage->entry;
+    inner->exit = passage->exit;
+    inner->from = passage->from;
+    inner->to = passage->to;
+    inner->slot = ray->slot;
+    if (co_four_same3(inner->dir, ray->dir)) // many transforms only move
+        ray_share_direction(ray, inner);
+    else
+        ray_set_direction(inner);
+    if (ray_set_origin(inner, &below->tree->box, below->bvh ? 0.0f : CO_TRANSFORM_SLACK))
+        walk_single(group, inner, below, 0);
+}
+
 // One ray of a group's space through one of its instances.
-static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t index)
+static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk *walk,
+                           uint32_t index)
 {
     const CoTop *top = walk->object->top;
     const CoInstance *instance = &walk->object->instances[index];
@@ -110,23 +187,23 @@ static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t in
     const CoBox *box = &top->boxes[index];
     if (instance->hidden_from && group->flags && group->flags[ray->slot] & instance->hidden_from)
         return;
-    Ray inner;
-    inner.entry = ray->entry;
-    inner.exit = ray->exit;
+    Passage passage = {.entry = ray->entry, .exit = ray->exit};
+    float to = ray->to;
     if (is_empty(object) ||
-        !slab_box(ray, box_corner(box->lo), box_corner(box->hi), &inner.entry, &inner.exit))
+        !slab_box(ray, box_corner(box->lo), box_corner(box->hi), &passage.entry, &passage.exit))
         return;
-    inner.from = float_max(ray->from, inner.entry);
-    inner.to = float_min(ray->to, inner.exit);
-    inner.slot = ray->slot;
-    if (!(inner.from <= inner.to))
+    passage.from = float_max(ray->from, passage.entry);
+    passage.to = float_min(to, passage.exit);
+    if (!(passage.from <= passage.to))
         return;
     const Walk below = walk_of(object, walk->path + top->first_path[index]);
+    Ray inner;
     ray_transform(ray, &instance->to_object, &inner);
-    if (!ray_prepare(&inner, &below.tree->box, object->top ? CO_TRANSFORM_SLACK : 0.0f))
-        return;
-    walk_single(group, &inner, &below, 0);
-    ray->to = float_min(ray->to, group->best_t[ray->slot]);
+    if (below.bvh && co_four_same3(inner.org, ray->org) && co_four_same3(inner.dir, ray->dir))
+        enter_in_place(group, ray, tight, &below, &passage);
+    else
+        enter_space(group, ray, &inner, &below, &passage);
+    ray->to = float_min(to, group->best_t[ray->slot]);
 }
 
 #endif

@@ -113,7 +113,7 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const C
     group->stats->triangles += count;
     shear_points(&leaf, &shear, CO_LEAF_WIDTH, &hits);
     uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
-    return offer_pierced(group, ray, &leaf, &shear, pierced, path, &hits);
+    return pierced && offer_pierced(group, ray, &leaf, &shear, pierced, path, &hits);
 }
 
 #include "accel/kernels/grid_blocks.h"

@@ -22,7 +22,7 @@ typedef struct Shear {
 static inline void shear_load(const Ray *ray, Shear *shear)
 {
     const float *org = (const float *)&ray->org, *inv = (const float *)&ray->inv;
-    uint32_t z = ray->major, x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    uint32_t z = ray->major, x = next_axis(z), y = next_axis(x);
     shear->x = x;
     shear->y = y;
     shear->z = z;
@@ -44,13 +44,15 @@ typedef struct LeafHits {
 static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
                                 LeafHits *out)
 {
+    const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
+    const float *points = leaf->points[0];
     for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
-        CoLane z =
-            co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
-        CoLane x =
-            co_lane_sub(co_lane_load(leaf->points[shear->x] + i), co_lane_set1(shear->org[0]));
-        CoLane y =
-            co_lane_sub(co_lane_load(leaf->points[shear->y] + i), co_lane_set1(shear->org[1]));
+        CoLane z = co_lane_load(points + row * shear->z + i);
+        CoLane x = co_lane_load(points + row * shear->x + i);
+        CoLane y = co_lane_load(points + row * shear->y + i);
+        z = co_lane_sub(z, co_lane_set1(shear->org[2]));
+        x = co_lane_sub(x, co_lane_set1(shear->org[0]));
+        y = co_lane_sub(y, co_lane_set1(shear->org[1]));
         co_lane_store(out->x + i, co_lane_sub(x, co_lane_mul(co_lane_set1(shear->sx), z)));
         co_lane_store(out->y + i, co_lane_sub(y, co_lane_mul(co_lane_set1(shear->sy), z)));
         co_lane_store(out->z + i, z);
