@@ -25,18 +25,19 @@
 #define CO_LEAST_SLACK 0x1p-145f
 
 typedef struct Ray {
-    CoFour org, dir, inv;   // inv = 1 / dir, finite and never 0
-    CoFour near_c, far_c;   // of a node's slabs
+    CoFour org, dir, inv;         // inv = 1 / dir, finite and never 0
+    CoFour near_c, far_c;         // of a node's slabs
     CoFour near_tight, far_tight; // in a group: of the nodes of meshes that stand in it as they are
-    float pad;              // of the canonical slabs
-    float entry, exit;      // of the instances' boxes on the way here
-    float from, to;         // where hits may lie, as far as is known
-    float shear_x, shear_y; // see triangle.h
-    uint32_t major;         // axis of the largest direction component
-    uint32_t near_row[3];   // rows of CoWideNode.planes; the far one is near_row ^ 1
-    uint32_t slot;          // which ray of the group
-    bool is_huge;           // a node's slabs may overflow: children are to be looked at
-    bool is_fit;            // the direction is neither infinite nor zero
+    float distance;               // to the farthest plane of the whole, see ray_set_origin
+    float pad;                    // of the canonical slabs
+    float entry, exit;            // of the instances' boxes on the way here
+    float from, to;               // where hits may lie, as far as is known
+    float shear_x, shear_y;       // see triangle.h
+    uint32_t major;               // axis of the largest direction component
+    uint32_t near_row[3];         // rows of CoWideNode.planes; the far one is near_row ^ 1
+    uint32_t slot;                // which ray of the group
+    bool is_huge;                 // a node's slabs may overflow: children are to be looked at
+    bool is_fit;                  // the direction is neither infinite nor zero
 } Ray;
 
 // A ray's slab constants, one value in all lanes.
@@ -80,7 +81,8 @@ static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLan
             far_side[k] = far_plane;
         }
         // Two steps, not three: this is what the next node waits for.
-        near = co_lane_max(co_lane_max(near_side[1], near_side[2]), co_lane_max(near_side[0], near));
+        near =
+            co_lane_max(co_lane_max(near_side[1], near_side[2]), co_lane_max(near_side[0], near));
         far = co_lane_min(co_lane_min(far_side[1], far_side[2]), co_lane_min(far_side[0], far));
         co_lane_store(entry + i, near);
         bits |= co_lane_bits(co_lane_le(near, far)) << i;
@@ -199,15 +201,15 @@ static inline float padding(float distance, float largest_org, float relative)
 // from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
 // units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
 // coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
-// below may be off by, in units of D and of the origin. A node's plane * inv + c is off by at most 4
-// units of the origin's coordinate and 6 of D, each times inv, if the product is rounded: 8 more of
-// both. What may overflow becomes NaN, which never culls. False for a ray that a transform made
+// below may be off by, in units of D and of the origin. A node's plane * inv + c is off by at most
+// 4 units of the origin's coordinate and 6 of D, each times inv, if the product is rounded: 8 more
+// of both. What may overflow becomes NaN, which never culls. False for a ray that a transform made
 // infinite or zero: it hits nothing.
 static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
 {
     const CoFour nan = co_four_set1(__builtin_nanf(""));
     CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);
-    float distance = box_distance(org, box);
+    float distance = ray->distance = box_distance(org, box);
     ray->pad = padding(distance, co_four_largest3(size, 0.0f), relative);
     CoFour reach = size + distance;
     CoFour rounding = size * 0x1p-23f + reach * 0x1p-21f;

@@ -91,7 +91,8 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
 static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk *walk,
                            uint32_t index);
 
-// One ray through what lies below `ref`. tight: in a group, slabs for meshes that stand as they are.
+// One ray through what lies below `ref`. tight: in a group, slabs for meshes that stand as they
+// are.
 static void walk_slabs(Group *group, Ray *ray, const Slab *slab, const Slab *tight,
                        const Walk *walk, uint32_t ref)
 {
@@ -146,14 +147,15 @@ typedef struct Passage {
 } Passage;
 
 // Through a mesh that stands in its group as it is: the ray stays what it is, but for the padding.
+// That of `tight` suits everything up to the ray's distance.
 static void enter_in_place(Group *group, Ray *ray, const Slab *tight, const Walk *below,
-                           const Passage *passage)
+                           float distance, const Passage *passage)
 {
     float entry = ray->entry, exit = ray->exit, pad = ray->pad;
     ray->entry = passage->entry;
     ray->exit = passage->exit;
     ray->to = passage->to;
-    ray->pad = padding(box_distance(ray->org, &below->tree->box), 0.0f, 0.0f);
+    ray->pad = padding(distance, 0.0f, 0.0f);
     walk_slabs(group, ray, tight, NULL, below, 0);
     ray->entry = entry;
     ray->exit = exit;
@@ -199,8 +201,10 @@ static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk
     const Walk below = walk_of(object, walk->path + top->first_path[index]);
     Ray inner;
     ray_transform(ray, &instance->to_object, &inner);
-    if (below.bvh && co_four_same3(inner.org, ray->org) && co_four_same3(inner.dir, ray->dir))
-        enter_in_place(group, ray, tight, &below, &passage);
+    float distance = box_distance(ray->org, &below.tree->box);
+    if (below.bvh && distance <= ray->distance && co_four_same3(inner.org, ray->org) &&
+        co_four_same3(inner.dir, ray->dir))
+        enter_in_place(group, ray, tight, &below, distance, &passage);
     else
         enter_space(group, ray, &inner, &below, &passage);
     ray->to = float_min(to, group->best_t[ray->slot]);
