@@ -46,22 +46,20 @@ typedef struct Slab {
     uint32_t near_row[3];
 } Slab;
 
-static inline void slab_set(Slab *slab, CoFour near_c, CoFour far_c)
+static inline void slab_fill(const Ray *ray, CoFour near_c, CoFour far_c, Slab *slab)
 {
     for (int k = 0; k < 3; k++) {
+        slab->inv[k] = co_lane_set1(ray->inv[k]);
         slab->near_c[k] = co_lane_set1(near_c[k]);
         slab->far_c[k] = co_lane_set1(far_c[k]);
+        slab->near_row[k] = ray->near_row[k];
     }
+    slab->from = co_lane_set1(ray->from);
 }
 
 static inline void slab_load(const Ray *ray, Slab *slab)
 {
-    slab_set(slab, ray->near_c, ray->far_c);
-    for (int k = 0; k < 3; k++) {
-        slab->inv[k] = co_lane_set1(ray->inv[k]);
-        slab->near_row[k] = ray->near_row[k];
-    }
-    slab->from = co_lane_set1(ray->from);
+    slab_fill(ray, ray->near_c, ray->far_c, slab);
 }
 
 // Tests the 8 children of a node up to `to`. Returns one bit per child that is entered and where.

@@ -134,10 +134,8 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, uint32_t ref)
 {
     Slab slab, tight;
     slab_load(ray, &slab);
-    if (!walk->bvh) {
-        tight = slab;
-        slab_set(&tight, ray->near_tight, ray->far_tight);
-    }
+    if (!walk->bvh)
+        slab_fill(ray, ray->near_tight, ray->far_tight, &tight);
     walk_slabs(group, ray, &slab, &tight, walk, ref);
 }
 
