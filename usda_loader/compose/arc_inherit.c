@@ -171,6 +171,9 @@ static void imply_child(CoIndexer *indexer, uint32_t dest, uint32_t child, const
 {
     CoComposer *c = indexer->c;
     const CoLink *link = indexer->graph.nodes[child].link;
+    // A class whose name means something else at the destination, or nothing, says nothing there.
+    if (!co_map_to_target(&c->paths, transfer, indexer->graph.nodes[child].site->path->prim))
+        return;
     const CoMap *map = implied_map(indexer, transfer, link->to_parent);
     uint32_t made = implied_already(&indexer->graph, dest, child, map);
     if (made == CO_NO_NODE) {

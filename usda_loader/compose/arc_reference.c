@@ -65,8 +65,13 @@ static bool open_target(CoIndexer *indexer, const CoSite *site, const CoSiteArc 
         target->stack = co_composer_stack(c, file, site->stack->variables);
         rate = arc->layer->file->time_codes_per_second / file->time_codes_per_second;
     }
-    target->offset = arc->layer->scale * offset + arc->layer->offset;
-    target->scale = arc->layer->scale * scale * rate;
+    // Within a stack, times are the stack's already, whichever of its layers says so.
+    target->offset = offset;
+    target->scale = scale * rate;
+    if (*arc->asset) {
+        target->offset = arc->layer->scale * offset + arc->layer->offset;
+        target->scale *= arc->layer->scale;
+    }
     if (!*arc->prim) {
         target->path = default_prim(indexer, file);
         target->is_nothing = !target->path;

@@ -119,6 +119,7 @@ typedef struct CoStack {
     size_t relocate_count;
     CoMoveIndex moves;
     uint64_t arc_count; // made so far to any site here
+    bool is_stage;      // the stage's own, which no arc leads to
 } CoStack;
 
 typedef struct CoSite CoSite;
@@ -190,7 +191,9 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
 // The stack of a root layer as seen from a stack with these variables (NULL: none).
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides);
 
-// The stage's own stack: the session layer and what it brings in, then the root layer.
+// The stage's own stack: the session layer and what it brings in, then the root layer. An arc that
+// leads to the root layer by its path leads to another stack, without the session, so that it is
+// no circle yet.
 CoStack *co_composer_root_stack(CoComposer *c, const CoLayerFile *root, const CoLayerFile *session);
 
 // True if the options mute the layer at that absolute path.

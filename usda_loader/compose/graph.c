@@ -206,18 +206,15 @@ void co_graph_order(CoComposer *c, const CoGraph *graph, uint32_t from, uint32_t
 }
 
 // ---- From a prim to its child -----------------------------------------------------------------
-// Marks the subtrees to keep: those where some site has a spec, and whatever they originate from.
+// Marks the subtrees to keep: those where an arc was just authored or some site has a spec. Even
+// relocates count no further down than that.
 static bool mark_kept(const CoGraph *graph, uint32_t node, bool *keep)
 {
-    const CoSite *site = graph->nodes[node].site;
-    // Relocates bring prims to where no spec may be.
-    bool kept = node == 0 || site->spec_count > 0 || site->stack->relocate_count > 0;
+    bool kept = graph->nodes[node].site->spec_count || !co_node_depth_below_arc(graph, node);
     for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
          i = graph->nodes[i].next_sibling)
         kept |= mark_kept(graph, i, keep);
-    if (kept)
-        for (uint32_t i = node; i != CO_NO_NODE && !keep[i]; i = graph->nodes[i].parent)
-            keep[i] = true;
+    keep[node] |= kept;
     return kept;
 }
 
@@ -270,18 +267,20 @@ static void compact(CoComposer *c, CoGraph *graph, const bool *keep)
     graph->count = count;
 }
 
-void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name, bool keeps_all)
+void co_graph_cull(CoComposer *c, CoGraph *graph)
+{
+    bool small[64] = {false};
+    bool *keep = graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *keep);
+    mark_kept(graph, 0, keep);
+    keep_origins(graph, keep);
+    compact(c, graph, keep);
+}
+
+void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name)
 {
     for (uint32_t i = 0; i < graph->count; i++) {
         CoSite *site = graph->nodes[i].site;
         const CoPath *path = co_path_child(&c->paths, site->path, name);
         graph->nodes[i].site = co_site(c, site->stack, co_composer_need(c, path));
     }
-    if (keeps_all)
-        return;
-    bool small[64] = {false};
-    bool *keep = graph->count <= 64 ? small : co_composer_scratch(c, graph->count, sizeof *keep);
-    mark_kept(graph, 0, keep);
-    keep_origins(graph, keep);
-    compact(c, graph, keep);
 }

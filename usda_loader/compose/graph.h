@@ -63,10 +63,11 @@ void co_graph_init(CoComposer *c, CoGraph *graph, CoSite *site);
 // A copy with room to grow.
 void co_graph_copy(CoComposer *c, CoGraph *out, const CoGraph *graph);
 
-// Turns the index of a prim into the start of its child's: adds the name to every site and drops
-// subtrees that have nothing to say there, unless all are to be kept (their ancestors may yet have
-// a variant to select).
-void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name, bool keeps_all);
+// Drops the subtrees that have nothing to say of the prim, nor of any below it.
+void co_graph_cull(CoComposer *c, CoGraph *graph);
+
+// Turns the index of a prim into the start of its child's: adds the name to every site.
+void co_graph_descend(CoComposer *c, CoGraph *graph, const char *name);
 
 typedef struct CoArcSpec {
     CoArcKind kind;

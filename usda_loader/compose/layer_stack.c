@@ -229,14 +229,17 @@ static CoStack *make_stack(CoComposer *c, const CoLayerFile *root, const CoLayer
 
 CoStack *co_composer_root_stack(CoComposer *c, const CoLayerFile *root, const CoLayerFile *session)
 {
-    return make_stack(c, root, session, session ? stack_variables(c, session, NULL) : NULL);
+    const CoVariables *overrides = session ? stack_variables(c, session, NULL) : NULL;
+    CoStack *stack = make_stack(c, root, session, overrides);
+    stack->is_stage = true;
+    return stack;
 }
 
 CoStack *co_composer_stack(CoComposer *c, const CoLayerFile *root, const CoVariables *overrides)
 {
     for (size_t i = 0; i < c->stack_count; i++)
         if (c->stacks[i]->root == root && c->stacks[i]->overrides == overrides &&
-            !c->stacks[i]->session)
+            !c->stacks[i]->is_stage)
             return c->stacks[i];
     return make_stack(c, root, NULL, overrides);
 }

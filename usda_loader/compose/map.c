@@ -199,6 +199,7 @@ static CoMap *copy_map(CoPathTable *table, const CoMap *map, size_t more)
         return NULL;
     out->offset = map->offset;
     out->scale = map->scale;
+    out->is_in_steps = map->is_in_steps;
     for (uint32_t i = 0; i < map->count; i++)
         add_pair(out, map->pairs[i]);
     return out;
@@ -337,9 +338,13 @@ static const CoMap *compose_once(CoPathTable *table, const CoMap *outer, const C
         if (known)
             return known;
     }
-    key.whole = compose(table, outer, inner);
-    if (key.whole && is_exact && inner->count > 1)
-        key.whole = keep_claims(table, inner, key.whole);
+    CoMap *whole = compose(table, outer, inner);
+    if (!whole)
+        return NULL;
+    whole->is_in_steps = outer->is_in_steps || inner->is_in_steps;
+    key.whole = whole;
+    if (is_exact && whole->is_in_steps && inner->count > 1)
+        key.whole = keep_claims(table, inner, whole);
     if (!key.whole || (is_large && !keep_composition(table, &key)))
         return NULL;
     return key.whole;

@@ -16,6 +16,7 @@ typedef struct CoMapPair {
 typedef struct CoMap {
     double offset, scale;
     uint32_t count;
+    bool is_in_steps;  // see co_map_compose_exactly
     uint32_t capacity; // of each half of `slots`; 0: few pairs, looked through one by one
     uint32_t *slots;   // pairs by source, then pairs by target: their number + 1
     CoMapPair pairs[];
@@ -34,8 +35,9 @@ CoMap *co_map_pairs(CoPathTable *table, const CoMapPair *pairs, size_t count);
 const CoMap *co_map_with_root(CoPathTable *table, const CoMap *map);
 const CoMap *co_map_compose(CoPathTable *table, const CoMap *outer, const CoMap *inner);
 
-// The same, and no path that `inner` has no image for has one in the whole. For targets; the maps
-// that classes are passed on by do without.
+// The same, and where one of the maps goes in steps, as those of references do whose paths are then
+// relocated, no path that `inner` has no image for has one in the whole. For targets; the maps that
+// classes are passed on by do without.
 const CoMap *co_map_compose_exactly(CoPathTable *table, const CoMap *outer, const CoMap *inner);
 CoMap *co_map_inverse(CoPathTable *table, const CoMap *map);
 bool co_map_equal(const CoMap *a, const CoMap *b);

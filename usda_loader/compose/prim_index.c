@@ -329,8 +329,10 @@ static const CoMap *moves_below(CoComposer *c, CoSite *site)
             pairs[count++] = (CoMapPair){from, move->target};
     }
     pairs[count++] = (CoMapPair){&c->paths.root, &c->paths.root};
-    site->moves = co_composer_need(c, co_map_pairs(&c->paths, pairs, count));
-    return site->moves;
+    CoMap *moves = co_map_pairs(&c->paths, pairs, count);
+    co_composer_need(c, moves);
+    moves->is_in_steps = count > 1;
+    return site->moves = moves;
 }
 
 static const CoMap *map_of_arc(CoComposer *c, CoSite *site, const CoArcMap *arc, bool has_moves)
@@ -340,7 +342,14 @@ static const CoMap *map_of_arc(CoComposer *c, CoSite *site, const CoArcMap *arc,
     co_composer_need(c, map);
     if (has_moves)
         map = co_composer_need(c, co_map_compose(&c->paths, moves_below(c, site), map));
-    return arc->has_root ? co_composer_need(c, co_map_with_root(&c->paths, map)) : map;
+    if (!arc->has_root)
+        return map;
+    // Of the pairs as they stand: a map with a root goes in one step.
+    CoMap *rooted = co_map_pairs(&c->paths, map->pairs, map->count);
+    co_composer_need(c, rooted);
+    rooted->offset = map->offset;
+    rooted->scale = map->scale;
+    return co_composer_need(c, co_map_with_root(&c->paths, rooted));
 }
 
 const CoMap *co_indexer_arc_map(CoIndexer *indexer, uint32_t node, const CoPath *source,
@@ -488,13 +497,11 @@ static bool is_said_instanceable(CoComposer *c, const CoGraph *graph)
     return false;
 }
 
-// Marks what comes in by arcs authored at this very prim; true if there is any.
+// Marks what has specs and comes in by arcs authored at this very prim; true if there is any.
 static bool mark_shared(CoGraph *graph, uint32_t node, bool is_below_arc)
 {
-    bool any = false;
-    graph->nodes[node].is_instanceable = is_below_arc;
-    if (is_below_arc && graph->nodes[node].site->spec_count && !graph->nodes[node].is_inert)
-        any = true;
+    bool any = is_below_arc && graph->nodes[node].site->spec_count;
+    graph->nodes[node].is_instanceable = any;
     for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
          i = graph->nodes[i].next_sibling)
         any |= mark_shared(graph, i, is_below_arc || co_node_depth_below_arc(graph, i) == 0);
@@ -504,6 +511,16 @@ static bool mark_shared(CoGraph *graph, uint32_t node, bool is_below_arc)
 bool co_prim_index_mark_instance(CoComposer *c, CoGraph *graph)
 {
     return is_said_instanceable(c, graph) && mark_shared(graph, 0, false);
+}
+
+// As the reference has it, a prim that arcs lead below is an instance to them only if one of its
+// own arcs leads to specs right where it says, not by an arc of an ancestor there.
+static bool is_instance_on_the_way(CoComposer *c, CoGraph *graph)
+{
+    bool any = false;
+    for (uint32_t i = 1; i < graph->count; i++)
+        any |= graph->nodes[i].site->spec_count && co_node_depth_below_arc(graph, i) == 0;
+    return any && co_prim_index_mark_instance(c, graph);
 }
 
 static void drop_local_opinions(CoGraph *graph)
@@ -523,9 +540,9 @@ static void build(CoIndexer *indexer, CoSite *site, bool is_placeholder)
     } else {
         CoSite *parent = co_site(c, site->stack, site->path->parent);
         build(indexer, parent, false);
-        if (co_prim_index_mark_instance(c, &indexer->graph))
+        if (is_instance_on_the_way(c, &indexer->graph))
             drop_local_opinions(&indexer->graph);
-        co_graph_descend(c, &indexer->graph, site->path->name, true);
+        co_graph_descend(c, &indexer->graph, site->path->name);
         indexer->task_count = 0;
     }
     if (is_placeholder)
@@ -553,11 +570,12 @@ void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_in
     co_graph_copy(c, &indexer.graph, parent);
     if (parent_is_instance)
         drop_local_opinions(&indexer.graph);
-    co_graph_descend(c, &indexer.graph, name, false);
+    co_graph_descend(c, &indexer.graph, name);
     indexer.root_depth = indexer.graph.nodes[0].site->path->depth;
     if (!co_prim_index_is_prohibited(&indexer.graph)) {
         add_tree_tasks(&indexer, 0, false, false);
         run_tasks(&indexer);
+        co_graph_cull(c, &indexer.graph);
     }
     *out = indexer.graph;
 }

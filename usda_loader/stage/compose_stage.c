@@ -275,16 +275,6 @@ static void reorder_names(CoComposer *c, CoList *names, const CoSpec *spec)
     co_list_reorder(c, names, order, field->value.count);
 }
 
-// A relocate counts only where somebody speaks of the prim it moves to or from.
-static bool has_say(const CoGraph *graph, uint32_t node)
-{
-    bool has = node == 0 || graph->nodes[node].site->spec_count;
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE && !has;
-         i = graph->nodes[i].next_sibling)
-        has = has_say(graph, i);
-    return has;
-}
-
 // Weakest first, so that the strongest layer's new names come last.
 static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *ordered)
 {
@@ -307,7 +297,7 @@ static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *
         const CoNode *node = &graph->nodes[ordered->nodes[i]];
         if (node->is_inert)
             continue;
-        if (node->site->stack->relocate_count && has_say(graph, ordered->nodes[i]))
+        if (node->site->stack->relocate_count)
             relocate_names(c, &names, &set, node->site);
         for (uint32_t j = node->site->spec_count; j-- > 0;) {
             const CoSpec *spec = node->site->specs[j].spec;

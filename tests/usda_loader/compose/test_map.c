@@ -84,8 +84,12 @@ static void what_a_pair_claims_stays_cut_off(void **state)
     CoMapPair outer_pairs[] = {{path("/R"), path("/World/R")},
                                {path("/R/Anim/Moved"), path("/World/Face")}};
     const CoMap *inner = co_map_pairs(&table, inner_pairs, 3);
-    const CoMap *outer = co_map_pairs(&table, outer_pairs, 2);
+    CoMap *outer = co_map_pairs(&table, outer_pairs, 2);
     assert_null(co_map_to_target(&table, inner, path("/R/Anim/Moved")));
+    const CoMap *at_once = co_map_compose_exactly(&table, outer, inner);
+    assert_ptr_equal(co_map_to_target(&table, at_once, path("/R/Anim/Moved")),
+                     path("/World/R/Anim/Moved"));
+    outer->is_in_steps = true;
     const CoMap *map = co_map_compose_exactly(&table, outer, inner);
     assert_null(co_map_to_target(&table, map, path("/R/Anim/Moved")));
     assert_ptr_equal(co_map_to_target(&table, map, path("/R/Class/Child")), path("/World/Face"));
