@@ -502,6 +502,7 @@ static bool mark_shared(CoGraph *graph, uint32_t node, bool is_below_arc)
 {
     bool any = is_below_arc && graph->nodes[node].site->spec_count;
     graph->nodes[node].is_instanceable = any;
+    any = any && !graph->nodes[node].is_inert;
     for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
          i = graph->nodes[i].next_sibling)
         any |= mark_shared(graph, i, is_below_arc || co_node_depth_below_arc(graph, i) == 0);

@@ -78,14 +78,14 @@ static CoPrimData *gather_opinions(CohortStage *stage, CohortPrim *prim, const C
 static bool is_directly_inherited(const CoGraph *graph, uint32_t node)
 {
     for (; node != 0; node = graph->nodes[node].parent)
-        if (co_arc_is_class(graph->nodes[node].link->kind) &&
+        if (graph->nodes[node].link->kind == CO_ARC_INHERIT &&
             co_node_depth_below_arc(graph, node) == 0)
             return true;
     return false;
 }
 
-// The strongest that defines wins; that a class is inherited does not make a class of the heir as
-// long as anything weaker defines it.
+// The strongest that defines wins; that a class is inherited (not specialized) does not make a
+// class of the heir as long as anything weaker defines it.
 static CohortSpecifier compose_specifier(const CoGraph *graph, const CoOrdered *ordered)
 {
     CohortSpecifier out = COHORT_SPECIFIER_OVER;
