@@ -314,9 +314,20 @@ static CoList child_names(CoComposer *c, const CoGraph *graph, const CoOrdered *
 static void compose_children(CohortStage *stage, CohortPrim *prim, const CoGraph *graph,
                              const CoOrdered *ordered, uint64_t depth);
 
+// Arcs upon arcs take as much time and memory as prims do: they count as much.
+static void count_arcs(CohortStage *stage, const CoGraph *graph)
+{
+    CoComposer *c = &stage->composer;
+    stage->arc_count += graph->count - 1;
+    if (stage->prim_count + stage->arc_count > c->options.max_prims)
+        co_composer_limit(c, NULL, graph->nodes[0].site->path, "more prims and arcs to them",
+                          c->options.max_prims, "max_prims");
+}
+
 static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, uint64_t depth)
 {
     CoComposer *c = &stage->composer;
+    count_arcs(stage, graph);
     CoOrdered ordered = order_nodes(c, graph);
     CoPrimData *data = gather_opinions(stage, prim, graph, &ordered);
     compose_identity(data, graph, &ordered);

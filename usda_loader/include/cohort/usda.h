@@ -153,7 +153,7 @@ typedef struct CohortPaths {
 typedef struct CohortStageOptions {
     uint64_t max_bytes;        // of one layer; 0 = 16 GiB
     uint64_t max_depth;        // of prims, values, sublayers in sublayers, arcs by arcs; 0 = 512
-    uint64_t max_prims;        // in a layer, and composed; 0 = 5 million
+    uint64_t max_prims;        // in a layer, and composed with their arcs; 0 = 5 million
     uint64_t max_layers;       // 0 = 100,000
     uint64_t max_array_length; // elements; 0 = 2^31, and 2^24 where an array edit asks for them
     bool no_payloads;          // but for those of `loads`
