@@ -120,6 +120,26 @@ static bool find_amounts(void *cookie, const CoDisplacePoint *points, size_t cou
     return true;
 }
 
+static void check_ptex(CohortScene *scene, const CoMaterial *m, const CoMesh *mesh)
+{
+    if (m->displacement.kind != COHORT_INPUT_TEXTURE)
+        return;
+    const CoLookupSource *source = &m->lookups[m->displacement.lookup];
+    bool is_triangle;
+    uint32_t faces = source->is_ptex
+                         ? co_texture_ptex_faces(scene->textures,
+                                                 scene->texture_ids[source->texture], &is_triangle)
+                         : mesh->ptex_face_count;
+    if (faces == mesh->ptex_face_count || faces == 0)
+        return;
+    char text[160];
+    snprintf(text, sizeof text,
+             "Ptex file has %u faces, the mesh it displaces has %u: faces it lacks stay", faces,
+             mesh->ptex_face_count);
+    co_scene_warn(scene, COHORT_SEVERITY_WARNING, scene->texture_descs[source->texture].asset,
+                  text);
+}
+
 static bool displace_mesh(CohortScene *scene, uint32_t object, CohortError *err)
 {
     CoMesh *mesh = &scene->objects[object].mesh;
@@ -138,14 +158,17 @@ static bool displace_mesh(CohortScene *scene, uint32_t object, CohortError *err)
     return ok;
 }
 
-static bool is_displaced(const CohortScene *scene, uint32_t object)
+static bool is_displaced(CohortScene *scene, uint32_t object)
 {
+    bool is_any = false;
     for (uint32_t slot = 0; slot < scene->objects[object].material_slots; slot++) {
         const CoMaterial *m = co_scene_material(scene, object, slot);
-        if (m && m->displaces)
-            return true;
+        if (!m || !m->displaces)
+            continue;
+        check_ptex(scene, m, &scene->objects[object].mesh);
+        is_any = true;
     }
-    return false;
+    return is_any;
 }
 
 bool co_scene_displace(CohortScene *scene, CohortError *err)

@@ -262,6 +262,71 @@ static void test_edits_of_a_bound_material(void **state)
     assert_int_equal(mesh->material, COHORT_INVALID_ID);
 }
 
+// Meshes are displaced when they are set: another displacement sets those that have it anew.
+static void test_displacement_sets_meshes_anew(void **state)
+{
+    (void)state;
+    CohortNodeInput surface[] = {number_input("displacement", 0.0f),
+                                 number_input("roughness", 0.5f)};
+    CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 2}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
+    host.network = &network;
+    host.material = "/m";
+    insert(COHORT_PRIM_MESH, "/mesh");
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    insert(COHORT_PRIM_MATERIAL, "/other");
+    sync();
+    assert_int_equal(fake.set_mesh_calls, 1);
+    const struct {
+        float displacement, roughness;
+        uint64_t sets;
+    } edits[] = {{0.25f, 0.5f, 2}, {0.25f, 0.3f, 2}, {0.5f, 0.3f, 3}, {0.0f, 0.3f, 4}};
+    for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
+        surface[0].value[0] = edits[i].displacement;
+        surface[1].value[0] = edits[i].roughness;
+        cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_PARAMS);
+        sync();
+        assert_int_equal(fake.set_mesh_calls, edits[i].sets);
+        assert_true(fake.materials[0].displacement.value[0] == edits[i].displacement);
+    }
+    // Bound to another material that displaces otherwise.
+    surface[0].value[0] = 1.0f;
+    cohort_render_index_mark_dirty(render_index, "/other", COHORT_DIRTY_PARAMS);
+    sync();
+    assert_int_equal(fake.set_mesh_calls, 4);
+    host.material = "/other";
+    cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_MATERIAL_ID);
+    sync();
+    assert_int_equal(fake.set_mesh_calls, 5);
+}
+
+// Heights that cannot be read are none; those that can are the last lookup, behind the colors'.
+static void test_lost_heights_are_none(void **state)
+{
+    (void)state;
+    const CohortNodeInput surface[] = {connection("displacement", 1, "r"),
+                                       connection("diffuseColor", 2, "rgb")};
+    CohortNodeInput heights[] = {text_input("file", "/nowhere/heights.ptx")};
+    const CohortNodeInput colors[] = {text_input("file", "/bin/sh")};
+    const CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 2},
+        {.path = "/m/h", .id = "UsdUVTexture", .inputs = heights, .input_count = 1},
+        {.path = "/m/c", .id = "UsdUVTexture", .inputs = colors, .input_count = 1}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 3};
+    host.network = &network;
+    insert(COHORT_PRIM_MATERIAL, "/m");
+    sync();
+    assert_int_equal(fake.materials[0].displacement.kind, COHORT_INPUT_CONSTANT);
+    assert_string_equal(report_of("inputs:file")->action, "no such file can be read: no relief");
+    heights[0] = text_input("file", "/bin/ls");
+    cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
+    sync();
+    assert_int_equal(fake.materials[0].displacement.kind, COHORT_INPUT_TEXTURE);
+    assert_int_equal(fake.materials[0].displacement.lookup, 1);
+    assert_int_equal(fake.materials[0].diffuse_color.lookup, 0);
+}
+
 static void test_material_without_network(void **state)
 {
     (void)state;
@@ -285,6 +350,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_connections_out_of_range, setup, teardown),
         cmocka_unit_test_setup_teardown(test_unused_textures_cost_nothing, setup, teardown),
         cmocka_unit_test_setup_teardown(test_edits_of_a_bound_material, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_displacement_sets_meshes_anew, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_lost_heights_are_none, setup, teardown),
         cmocka_unit_test_setup_teardown(test_material_without_network, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -233,6 +233,22 @@ static void thread_count_changes_nothing(void **state)
     co_mesh_destroy(&many);
 }
 
+// What a mesh was made from is gone when it is made, and what it keeps is what it counts.
+static void only_the_mesh_is_kept(void **state)
+{
+    (void)state;
+    static Cage cage;
+    make_torus(&cage, true, false);
+    for (uint32_t level = 0; level <= 3; level++) {
+        CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, level);
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        assert_int_equal(co_memory_live(CO_MEMORY_GEOMETRY), mesh.bytes);
+        co_mesh_destroy(&mesh);
+        assert_int_equal(co_memory_live(CO_MEMORY_GEOMETRY), 0);
+    }
+}
+
 static void too_many_triangles_are_refused(void **state)
 {
     (void)state;
@@ -270,6 +286,7 @@ int main(void)
         cmocka_unit_test(loop_coordinates_on_a_flat_grid),
         cmocka_unit_test(ptex_coordinates_of_ngons),
         cmocka_unit_test(thread_count_changes_nothing),
+        cmocka_unit_test(only_the_mesh_is_kept),
         cmocka_unit_test(too_many_triangles_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
