@@ -17,6 +17,18 @@ static bool same_strings(const CohortString *a, const CohortString *b, size_t co
     return true;
 }
 
+// By their bits: what is not a number is itself, and zeros of two signs are two numbers.
+static bool same_double(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+// A zero offset says nothing, whatever its sign.
+static bool same_offset(double a, double b)
+{
+    return a == b || same_double(a, b);
+}
+
 static bool same_pointed(const CoValue *a, const CoValue *b)
 {
     return a == b || (a && b && co_value_equal(a, b));
@@ -37,7 +49,7 @@ static bool same_arcs(const CoArc *a, const CoArc *b, size_t count)
 {
     for (size_t i = 0; i < count; i++)
         if (!same_text(a[i].asset, b[i].asset) || !same_text(a[i].prim, b[i].prim) ||
-            a[i].offset != b[i].offset || a[i].scale != b[i].scale ||
+            !same_offset(a[i].offset, b[i].offset) || !same_double(a[i].scale, b[i].scale) ||
             !same_pointed(a[i].custom_data, b[i].custom_data))
             return false;
     return true;
@@ -86,31 +98,39 @@ static bool same_samples(const CoTimeSamples *a, const CoTimeSamples *b)
     if (a->count != b->count)
         return false;
     for (size_t i = 0; i < a->count; i++)
-        if (a->times[i] != b->times[i] || !co_value_equal(&a->values[i], &b->values[i]))
+        if (!same_double(a->times[i], b->times[i]) || !co_value_equal(&a->values[i], &b->values[i]))
             return false;
     return true;
 }
 
 static bool same_tangents(const CoSplineTangent *a, const CoSplineTangent *b)
 {
-    return a->is_set == b->is_set && a->has_width == b->has_width && a->width == b->width &&
-           a->slope == b->slope && same_text(a->algorithm, b->algorithm);
+    if (a->is_set != b->is_set)
+        return false;
+    return !a->is_set || (a->has_width == b->has_width && same_text(a->algorithm, b->algorithm) &&
+                          same_double(a->width, b->width) && same_double(a->slope, b->slope));
 }
 
 static bool same_knots(const CoSplineKnot *a, const CoSplineKnot *b)
 {
-    return a->time == b->time && a->value == b->value && a->pre_value == b->pre_value &&
-           a->has_pre_value == b->has_pre_value && a->has_interp == b->has_interp &&
-           a->interp == b->interp && same_tangents(&a->pre, &b->pre) &&
-           same_tangents(&a->post, &b->post) && same_dicts(a->custom_data, b->custom_data);
+    return same_double(a->time, b->time) && same_double(a->value, b->value) &&
+           a->has_pre_value == b->has_pre_value &&
+           (!a->has_pre_value || same_double(a->pre_value, b->pre_value)) &&
+           a->has_interp == b->has_interp && a->interp == b->interp &&
+           same_tangents(&a->pre, &b->pre) && same_tangents(&a->post, &b->post) &&
+           same_dicts(a->custom_data, b->custom_data);
+}
+
+static bool same_ends(const CoSplineExtrapolation *a, const CoSplineExtrapolation *b)
+{
+    return same_text(a->mode, b->mode) && same_double(a->slope, b->slope);
 }
 
 static bool same_splines(const CoSpline *a, const CoSpline *b)
 {
-    if (a->count != b->count || !same_text(a->curve, b->curve) ||
-        !same_text(a->pre.mode, b->pre.mode) || a->pre.slope != b->pre.slope ||
-        !same_text(a->post.mode, b->post.mode) || a->post.slope != b->post.slope ||
-        a->has_loop != b->has_loop || memcmp(a->loop, b->loop, sizeof a->loop) != 0)
+    if (a->count != b->count || !same_text(a->curve, b->curve) || !same_ends(&a->pre, &b->pre) ||
+        !same_ends(&a->post, &b->post) || a->has_loop != b->has_loop ||
+        (a->has_loop && memcmp(a->loop, b->loop, sizeof a->loop) != 0))
         return false;
     for (size_t i = 0; i < a->count; i++)
         if (!same_knots(&a->knots[i], &b->knots[i]))
@@ -176,6 +196,22 @@ bool co_value_equal(const CoValue *a, const CoValue *b)
     }
 }
 
+static bool same_fields(const CoSpec *a, const CoSpec *b)
+{
+    if (a->field_count != b->field_count)
+        return false;
+    for (uint32_t i = 0; i < a->field_count; i++) {
+        // Most often in the same order, which says nothing.
+        const char *name = a->fields[i].name;
+        const CoField *other = &b->fields[i];
+        if (other->name != name)
+            other = co_spec_field(b, name);
+        if (!other || !co_value_equal(&a->fields[i].value, &other->value))
+            return false;
+    }
+    return true;
+}
+
 bool co_spec_equal(const CoSpec *a, const CoSpec *b)
 {
     if (a == b)
@@ -183,13 +219,9 @@ bool co_spec_equal(const CoSpec *a, const CoSpec *b)
     const CoContents *x = co_spec_contents(a), *y = co_spec_contents(b);
     if (a->name != b->name || a->kind != b->kind || a->specifier != b->specifier ||
         a->is_custom != b->is_custom || a->is_uniform != b->is_uniform ||
-        !same_text(a->type_name, b->type_name) || a->field_count != b->field_count ||
-        x->property_count != y->property_count)
+        !same_text(a->type_name, b->type_name) || x->property_count != y->property_count ||
+        !same_fields(a, b))
         return false;
-    for (uint32_t i = 0; i < a->field_count; i++)
-        if (a->fields[i].name != b->fields[i].name ||
-            !co_value_equal(&a->fields[i].value, &b->fields[i].value))
-            return false;
     for (uint32_t i = 0; i < x->property_count; i++)
         if (!co_spec_equal(x->properties[i], y->properties[i]))
             return false;
