@@ -29,7 +29,7 @@ static size_t compare_scenes(const CoAccelScene *a, const CoAccelScene *b)
                 same_bits(x.instance, y.instance, RAYS));
     size_t found = 0;
     for (size_t i = 0; i < RAYS; i++)
-        found += isfinite(x.t[i]);
+        found += x.t[i] < INFINITY;
     hits_free(&x);
     hits_free(&y);
     rays_free(&rays);

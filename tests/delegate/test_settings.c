@@ -95,7 +95,7 @@ static void test_bad_values_are_named(void **state)
     (void)state;
     CohortSettingValue number = {.type = COHORT_SETTING_DOUBLE, .number = 1.5};
     CohortSettingValue huge = {.type = COHORT_SETTING_DOUBLE, .number = 1e300};
-    CohortSettingValue nan_value = {.type = COHORT_SETTING_DOUBLE, .number = NAN};
+    CohortSettingValue nan_value = {.type = COHORT_SETTING_DOUBLE, .number = (double)NAN};
     CohortSettingValue text = {.type = COHORT_SETTING_STRING, .string = "sideways"};
     CohortSettingValue null_text = {.type = COHORT_SETTING_STRING};
     expect_refused("cohort:speed", number, "cohort:speed");
