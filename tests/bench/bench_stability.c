@@ -39,7 +39,7 @@ enum {
 typedef enum Target {
     TARGET_EDGES,    // three of four: a point of an edge; else its first vertex
     TARGET_VERTICES, // vertices alone
-    TARGET_AXES      // along an axis, from and to points of the box's lattice
+    TARGET_AXES      // along an axis, at lines and points of the box's lattice
 } Target;
 
 typedef struct Case {
@@ -138,14 +138,17 @@ static TestMesh case_mesh(const Case *it)
     return m;
 }
 
+// At a line of the lattice or, half the time, at a point of it.
 static void aim_along_axes(Random *random, CoVec3 *org, CoVec3 *dir)
 {
     float at[3], along[3] = {0.0f, -0.0f, 0.0f};
+    uint32_t bits = random_bits(random), axis = bits % 3, loose = (axis + 1 + (bits >> 8) % 2) % 3;
     for (int k = 0; k < 3; k++)
         at[k] = (float)(random_bits(random) % 9) / 4.0f - 1.0f;
-    uint32_t axis = random_bits(random) % 3;
-    along[axis] = random_bits(random) & 1 ? 1.0f : -1.0f;
-    at[axis] *= 0.5f;
+    if (bits >> 16 & 1)
+        at[loose] = random_float(random, -1.0f, 1.0f);
+    along[axis] = bits >> 17 & 1 ? 1.0f : -1.0f;
+    at[axis] = random_float(random, -0.9f, 0.9f);
     *org = co_vec3_load(at);
     *dir = co_vec3_load(along);
 }
