@@ -1,4 +1,4 @@
-// Single rays, several in turns: while one waits for memory another is worked on. Part of
+// Single rays: each goes down a tree with a stack of the children it still has to visit. Part of
 // traverse.c.
 
 #ifndef CO_ACCEL_KERNELS_SINGLE_H
@@ -7,6 +7,7 @@
 // A child that is entered: the bits of the distance, which are in the order of distances (but for
 // negative ones, which are merely visited in another order), above its reference.
 typedef uint64_t Entered;
+#define ENTERED_ANYWHERE 0xff80000000000000u // at -infinity
 
 static inline Entered entered_child(const CoWideNode *node, const float entry[CO_NODE_WIDTH],
                                     uint32_t i)
@@ -62,6 +63,17 @@ static inline uint32_t descend(Entered *stack, uint32_t *height, const CoWideNod
     return (uint32_t)nearest;
 }
 
+// The same for a ray that any hit ends: in no order.
+static inline uint32_t descend_any(Entered *stack, uint32_t *height, const CoWideNode *node,
+                                   uint32_t bits)
+{
+    uint32_t first = (uint32_t)__builtin_ctz(bits), top = *height;
+    for (bits &= bits - 1; bits; bits &= bits - 1)
+        stack[top++] = ENTERED_ANYWHERE | node->child[__builtin_ctz(bits)];
+    *height = top;
+    return node->child[first];
+}
+
 static inline bool is_empty(const CoObject *object)
 {
     return object->top ? object->top->tree.node_count == 0
@@ -100,6 +112,7 @@ static void walk_slabs(Group *group, Ray *ray, const Slab *slab, const Slab *tig
     float entry[CO_NODE_WIDTH];
     uint32_t height = 0, nodes = 0;
     const CoBvh *bvh = walk->bvh;
+    const bool is_any = group->occlusion >> ray->slot & 1u;
     for (;;) {
         if (!(ref & CO_REF_LEAF)) {
             const CoWideNode *node = &walk->tree->nodes[ref];
@@ -110,7 +123,8 @@ static void walk_slabs(Group *group, Ray *ray, const Slab *slab, const Slab *tig
             if (bits) {
                 if (bvh && (bits & (bits - 1)))
                     prefetch_children(bvh, node, bits);
-                ref = descend(stack, &height, node, bits, entry);
+                ref = is_any ? descend_any(stack, &height, node, bits)
+                             : descend(stack, &height, node, bits, entry);
                 continue;
             }
         } else if (!bvh) {
