@@ -115,15 +115,15 @@ CoVec3 co_ray_quantize_normal(CoVec3 n);
 // The same as co_ray_quantize_normal, with its code for CoRay.normal_code.
 CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code);
 
-// Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component.
+// Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component. Without branches: nobody
+// could guess them.
 static inline uint32_t co_ray_bin(CoVec3 d)
 {
     float x = fabsf(d.x), y = fabsf(d.y), z = fabsf(d.z);
-    if (x >= y && x >= z)
-        return d.x < 0.0f ? 1u : 0u;
-    if (y >= z)
-        return d.y < 0.0f ? 3u : 2u;
-    return d.z < 0.0f ? 5u : 4u;
+    uint32_t is_x = (uint32_t)(x >= y) & (uint32_t)(x >= z);
+    uint32_t axis = (is_x ^ 1u) * (1u + (uint32_t)(z > y));
+    uint32_t signs = (uint32_t)(d.x < 0.0f) | (uint32_t)(d.y < 0.0f) << 1 | (uint32_t)(d.z < 0.0f) << 2;
+    return 2u * axis + (signs >> axis & 1u);
 }
 
 // Field arrays of an active batch, in sort order: X(type, name). All 64-byte aligned, padded to 64.
