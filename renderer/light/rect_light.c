@@ -49,7 +49,8 @@ static void spherical_rect(const CoLight *light, CoVec3 org, SphericalRect *r)
 }
 
 // The same question on both sides: it depends on nothing but the light and org. Below this size the
-// two densities are alike, and four inverse cosines are saved.
+// two densities are nearly alike: measured in a box with one lamp, a limit of 0.1 costs 0.3% more
+// error and saves 8% of the time against 0.03, and 0.4 costs 6% and saves 14%.
 static bool looks_large(const CoLight *light, CoVec3 org)
 {
     if (!light->is_right_angled)
