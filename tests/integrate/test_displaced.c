@@ -177,6 +177,46 @@ static void facets_are_a_furnace(void **state)
     cohort_scene_destroy(scene);
 }
 
+// Six faces for the mesh's twelve: it is said, and the others stay.
+static void faces_a_file_lacks_stay(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    CohortScene *scene = test_scene(&err);
+    char path[64];
+    snprintf(path, sizeof path, "/tmp/test_displaced_few_%d.ptx", (int)getpid());
+    write_heights(path, &err);
+    uint32_t material = make_material(scene, path, true, 1.0f, &err);
+    uint32_t cube = make_cube(scene, COHORT_SCHEME_CATMULL_CLARK, 2, material, &err);
+    int32_t counts[12], indices[48];
+    float points[48];
+    for (int k = 0; k < 48; k++) {
+        counts[k / 4] = 4;
+        indices[k] = test_box_indices[k % 24] + 8 * (k / 24);
+        points[k] = test_box_points[k % 24] + (k / 24 && k % 3 == 0 ? 4.0f : 0.0f);
+    }
+    CohortMeshDesc desc = {.path = "/cubes",
+                           .level = 2,
+                           .points = points,
+                           .point_count = 16,
+                           .face_vertex_counts = counts,
+                           .face_count = 12,
+                           .face_vertex_indices = indices,
+                           .face_vertex_index_count = 48,
+                           .material = material};
+    TEST_OK(cohort_scene_set_mesh(scene, cube, &desc, &err), &err);
+    CohortSceneCounts counted = commit(scene, &err);
+    assert_int_equal(remove(path), 0);
+    assert_int_equal(counted.displaced_points, 98); // of one cube at level 2
+    const CohortDiagnostic *warnings;
+    size_t warning_count = cohort_scene_warnings(scene, &warnings);
+    bool is_said = false;
+    for (size_t k = 0; k < warning_count; k++)
+        is_said = is_said || strstr(warnings[k].text, "the mesh it displaces has 12");
+    assert_true(is_said);
+    cohort_scene_destroy(scene);
+}
+
 // Faces that a Ptex file does not have, and files that are not there, move nothing.
 static void missing_ptex_is_no_height(void **state)
 {
@@ -193,9 +233,8 @@ static void missing_ptex_is_no_height(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(image_seams_leak_nothing),
-        cmocka_unit_test(ptex_borders_leak_nothing),
-        cmocka_unit_test(facets_are_a_furnace),
+        cmocka_unit_test(image_seams_leak_nothing),  cmocka_unit_test(ptex_borders_leak_nothing),
+        cmocka_unit_test(facets_are_a_furnace),      cmocka_unit_test(faces_a_file_lacks_stay),
         cmocka_unit_test(missing_ptex_is_no_height),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
