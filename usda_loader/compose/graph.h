@@ -49,6 +49,7 @@ typedef struct CoNode {
     uint32_t parent, first_child, next_sibling, origin;
     uint32_t restricted;  // elements of the path from which on it has no say; 0 = everywhere
     bool is_inert;        // a placeholder without opinions
+    bool is_apart;        // a specialize that now stands by itself, right below the root
     bool is_instanceable; // brought in by an arc of an instance (see prim_index.h)
 } CoNode;
 

@@ -142,6 +142,19 @@ static const CoPath *path_in_outer(const CoIndexer *indexer, const CoPath *path)
                             co_path_replace_prefix(&indexer->c->paths, requested, here, path));
 }
 
+// Specializes hang below the root once their own arcs are done: what comes later below them does
+// not meet what led to them.
+static uint32_t next_above(const CoGraph *graph, uint32_t node)
+{
+    return graph->nodes[node].is_apart ? 0 : graph->nodes[node].parent;
+}
+
+static void set_specializes_apart(CoGraph *graph)
+{
+    for (uint32_t i = 0; i < graph->count; i++)
+        graph->nodes[i].is_apart = graph->nodes[i].link->kind == CO_ARC_SPECIALIZE;
+}
+
 static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
 {
     if (arc->kind == CO_ARC_VARIANT || is_implied_under_relocate(indexer, arc))
@@ -150,7 +163,7 @@ static bool is_cycle(const CoIndexer *indexer, const CoArcSpec *arc)
     const CoPath *path = arc->site->path;
     uint32_t node = arc->parent;
     while (true) {
-        for (; node != CO_NO_NODE; node = indexer->graph.nodes[node].parent) {
+        for (; node != CO_NO_NODE; node = next_above(&indexer->graph, node)) {
             const CoSite *site = indexer->graph.nodes[node].site;
             if (site->stack == stack &&
                 (co_path_has_prefix(site->path, path) || co_path_has_prefix(path, site->path)))
@@ -461,6 +474,8 @@ static void run_tasks(CoIndexer *indexer)
         indexer->task_count--;
         memmove(indexer->tasks + at, indexer->tasks + at + 1,
                 (indexer->task_count - at) * sizeof *indexer->tasks);
+        if (!indexer->frame && task.kind >= CO_TASK_ANCESTRAL_VARIANT_SETS)
+            set_specializes_apart(&indexer->graph);
         run_task(indexer, &task);
     }
 }
@@ -572,6 +587,7 @@ void co_prim_index_child(CoComposer *c, const CoGraph *parent, bool parent_is_in
     if (parent_is_instance)
         drop_local_opinions(&indexer.graph);
     co_graph_descend(c, &indexer.graph, name);
+    set_specializes_apart(&indexer.graph);
     indexer.root_depth = indexer.graph.nodes[0].site->path->depth;
     if (!co_prim_index_is_prohibited(&indexer.graph)) {
         add_tree_tasks(&indexer, 0, false, false);

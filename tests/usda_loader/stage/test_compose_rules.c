@@ -141,6 +141,45 @@ static void targets_of_heirs_keep_names_that_are_free_again(void **state)
     cohort_stage_destroy(stage);
 }
 
+// What a specialize brings in does not meet the arcs that led to it: </B> is no circle there.
+static void specializes_stand_by_themselves(void **state)
+{
+    (void)state;
+    static const MemoryFile layers[] = {
+        {"/mem/root.usda",
+         "#usda 1.0\n"
+         "over \"C\" (\n variants = { string w = \"x\" }\n prepend variantSets = \"w\"\n)\n"
+         "{\n variantSet \"w\" = {\n  \"x\" {\n   def Mesh \"B\"\n   {\n   }\n  }\n }\n}\n"
+         "def \"A\" (\n payload = </B>\n)\n{\n}\n"
+         "over \"D\"\n{\n over \"B\" (\n  variants = { string v = \"x\" }\n"
+         "  prepend variantSets = \"v\"\n )\n {\n  variantSet \"v\" = {\n"
+         "   \"x\" (\n    payload = [</B>, </A>]\n   ) {\n   }\n  }\n }\n}\n"
+         "def Xform \"B\" (\n references = @./l.usda@</A>\n)\n{\n}\n"},
+        {"/mem/l.usda", "#usda 1.0\ndef \"A\" (\n specializes = [</D>, </C>]\n)\n{\n}\n"},
+    };
+    CohortStage *stage = OPEN(layers);
+    assert_string_equal(cohort_prim_type(test_prim(stage, "/A/B")), "Xform");
+    test_prim(stage, "/A/B/B");
+    cohort_stage_destroy(stage);
+}
+
+// A class that is specialized makes a class of what only says over; one that is inherited does not.
+static void specialized_classes_are_classes(void **state)
+{
+    (void)state;
+    static const MemoryFile layers[] = {
+        {"/mem/root.usda", "#usda 1.0\n"
+                           "def \"A\"\n{\n}\n"
+                           "class \"_C\" (\n references = </A>\n)\n{\n}\n"
+                           "over \"S\" (\n specializes = </_C>\n)\n{\n}\n"
+                           "over \"I\" (\n inherits = </_C>\n)\n{\n}\n"},
+    };
+    CohortStage *stage = OPEN(layers);
+    assert_int_equal(cohort_prim_specifier(test_prim(stage, "/S")), COHORT_SPECIFIER_CLASS);
+    assert_int_equal(cohort_prim_specifier(test_prim(stage, "/I")), COHORT_SPECIFIER_DEF);
+    cohort_stage_destroy(stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -150,6 +189,8 @@ int main(void)
         cmocka_unit_test(relocates_reach_as_far_as_their_layer_speaks),
         cmocka_unit_test(arcs_into_instances_see_their_overs_or_not),
         cmocka_unit_test(targets_of_heirs_keep_names_that_are_free_again),
+        cmocka_unit_test(specializes_stand_by_themselves),
+        cmocka_unit_test(specialized_classes_are_classes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
