@@ -162,47 +162,82 @@ uint32_t co_graph_graft(CoComposer *c, CoGraph *graph, const CoArcSpec *arc, con
     return top;
 }
 
-static void put_main(const CoGraph *graph, uint32_t node, uint32_t *out, uint32_t *count,
-                     uint32_t *late, uint32_t *late_count)
+// What the order of a graph is worked out with.
+typedef struct CoOrdering {
+    const CoGraph *graph;
+    uint32_t *out, count;
+    uint32_t *ranks; // of all nodes in a plain walk, where there are specializes
+    uint32_t ranked;
+} CoOrdering;
+
+static void rank_nodes(CoOrdering *o, uint32_t node)
 {
-    out[(*count)++] = node;
-    // A node's own specializes come before those found below its other arcs.
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
-         i = graph->nodes[i].next_sibling)
-        if (graph->nodes[i].link->kind == CO_ARC_SPECIALIZE)
-            late[(*late_count)++] = i;
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
-         i = graph->nodes[i].next_sibling)
-        if (graph->nodes[i].link->kind != CO_ARC_SPECIALIZE)
-            put_main(graph, i, out, count, late, late_count);
+    o->ranks[node] = o->ranked++;
+    for (uint32_t i = o->graph->nodes[node].first_child; i != CO_NO_NODE;
+         i = o->graph->nodes[i].next_sibling)
+        rank_nodes(o, i);
 }
 
-static void put_late(const CoGraph *graph, uint32_t *late, uint32_t late_count, uint32_t *out,
-                     uint32_t *count)
+// The node where the arc was authored that this one stands for elsewhere, and how far that is.
+static uint32_t authored_node(const CoGraph *graph, uint32_t node, uint32_t *steps)
 {
-    // Deeper in the stage's namespace is stronger; equals stay as they were met.
+    for (*steps = 0; graph->nodes[node].origin != graph->nodes[node].parent; ++*steps)
+        node = graph->nodes[node].origin;
+    return node;
+}
+
+// Deeper in the stage's namespace is stronger, then what is authored under the stronger arc, then
+// what is implied furthest from there; equals stay as they were met.
+static bool is_stronger_late(const CoOrdering *o, uint32_t a, uint32_t b)
+{
+    const CoNode *nodes = o->graph->nodes;
+    if (nodes[a].link->root_depth != nodes[b].link->root_depth)
+        return nodes[a].link->root_depth > nodes[b].link->root_depth;
+    uint32_t steps_a, steps_b;
+    uint32_t from_a = authored_node(o->graph, a, &steps_a);
+    uint32_t from_b = authored_node(o->graph, b, &steps_b);
+    return from_a != from_b ? o->ranks[from_a] < o->ranks[from_b] : steps_a > steps_b;
+}
+
+static void put_main(CoOrdering *o, uint32_t node, uint32_t *late, uint32_t *late_count)
+{
+    o->out[o->count++] = node;
+    const CoNode *nodes = o->graph->nodes;
+    for (uint32_t i = nodes[node].first_child; i != CO_NO_NODE; i = nodes[i].next_sibling)
+        if (nodes[i].link->kind == CO_ARC_SPECIALIZE)
+            late[(*late_count)++] = i;
+    for (uint32_t i = nodes[node].first_child; i != CO_NO_NODE; i = nodes[i].next_sibling)
+        if (nodes[i].link->kind != CO_ARC_SPECIALIZE)
+            put_main(o, i, late, late_count);
+}
+
+static void put_late(CoOrdering *o, uint32_t *late, uint32_t late_count)
+{
     for (uint32_t i = 1; i < late_count; i++) {
-        uint32_t node = late[i], j = i, depth = graph->nodes[node].link->root_depth;
-        for (; j > 0 && graph->nodes[late[j - 1]].link->root_depth < depth; j--)
+        uint32_t node = late[i], j = i;
+        for (; j > 0 && is_stronger_late(o, node, late[j - 1]); j--)
             late[j] = late[j - 1];
         late[j] = node;
     }
     for (uint32_t i = 0; i < late_count; i++) {
         uint32_t *more = late + late_count, more_count = 0;
-        put_main(graph, late[i], out, count, more, &more_count);
-        put_late(graph, more, more_count, out, count);
+        put_main(o, late[i], more, &more_count);
+        put_late(o, more, more_count);
     }
 }
 
 void co_graph_order(CoComposer *c, const CoGraph *graph, uint32_t from, uint32_t *out,
                     uint32_t *count)
 {
-    uint32_t small[64], late_count = 0;
+    uint32_t small[96], late_count = 0;
     uint32_t *late =
-        graph->count <= 32 ? small : co_composer_scratch(c, (size_t)graph->count * 2, sizeof *late);
-    *count = 0;
-    put_main(graph, from, out, count, late, &late_count);
-    put_late(graph, late, late_count, out, count);
+        graph->count <= 32 ? small : co_composer_scratch(c, (size_t)graph->count * 3, sizeof *late);
+    CoOrdering o = {.graph = graph, .out = out, .ranks = late + (size_t)graph->count * 2};
+    put_main(&o, from, late, &late_count);
+    if (late_count)
+        rank_nodes(&o, 0);
+    put_late(&o, late, late_count);
+    *count = o.count;
 }
 
 // ---- From a prim to its child -----------------------------------------------------------------

@@ -163,6 +163,26 @@ static void specializes_stand_by_themselves(void **state)
     cohort_stage_destroy(stage);
 }
 
+// Of specializes, that below a stronger arc is stronger than the prim's own.
+static void specializes_below_references_come_first(void **state)
+{
+    (void)state;
+    static const MemoryFile layers[] = {
+        {"/mem/root.usda", "#usda 1.0\n"
+                           "def \"B\"\n{\n string t = \"own\"\n}\n"
+                           "def \"C\" (\n references = @./l.usda@</A>\n"
+                           " specializes = </O>\n)\n{\n}\n"
+                           "def \"O\"\n{\n string t = \"other\"\n}\n"},
+        {"/mem/l.usda", "#usda 1.0\n"
+                        "def \"A\" (\n specializes = </B>\n)\n{\n}\n"
+                        "def \"B\"\n{\n string t = \"far\"\n string u = \"far\"\n}\n"},
+    };
+    CohortStage *stage = OPEN(layers);
+    test_text(stage, "/C", "t", "own");
+    test_text(stage, "/C", "u", "far");
+    cohort_stage_destroy(stage);
+}
+
 // A class that is specialized makes a class of what only says over; one that is inherited does not.
 static void specialized_classes_are_classes(void **state)
 {
@@ -190,6 +210,7 @@ int main(void)
         cmocka_unit_test(arcs_into_instances_see_their_overs_or_not),
         cmocka_unit_test(targets_of_heirs_keep_names_that_are_free_again),
         cmocka_unit_test(specializes_stand_by_themselves),
+        cmocka_unit_test(specializes_below_references_come_first),
         cmocka_unit_test(specialized_classes_are_classes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
