@@ -7,16 +7,29 @@
 
 #include <stdint.h>
 
-// An entry is the place of the quadrant (low 2 bits) and the state within it.
+// An entry is the place of the quadrant (low bits) and the state within it; one bit of x and y at a
+// time, then two, of which the table has what two single steps come to.
 static inline uint32_t co_hilbert2(uint32_t x, uint32_t y, uint32_t bits)
 {
     static const uint8_t steps[4][4] = {
         {4, 15, 1, 2}, {0, 5, 11, 6}, {10, 9, 7, 12}, {14, 3, 13, 8}};
+    static const uint8_t pairs[4][16] = {
+        {0, 17, 62, 15, 35, 18, 61, 44, 20, 55, 24, 59, 5, 6, 9, 10},
+        {16, 51, 4, 21, 1, 2, 39, 22, 46, 45, 8, 25, 31, 60, 43, 26},
+        {42, 41, 38, 37, 27, 56, 23, 52, 12, 29, 50, 3, 47, 30, 49, 32},
+        {58, 11, 28, 63, 57, 40, 13, 14, 54, 7, 34, 33, 53, 36, 19, 48}};
     uint32_t key = 0, state = 0;
-    while (bits-- > 0) {
-        uint32_t step = steps[state][(x >> bits & 1) | (y >> bits & 1) << 1];
-        key = key << 2 | (step & 3);
+    if (bits % 2) {
+        uint32_t step = steps[0][(x >> (bits - 1) & 1) | (y >> (bits - 1) & 1) << 1];
+        key = step & 3;
         state = step >> 2;
+        bits--;
+    }
+    while (bits > 0) {
+        bits -= 2;
+        uint32_t step = pairs[state][(x >> bits & 3) | (y >> bits & 3) << 2];
+        key = key << 4 | (step & 15);
+        state = step >> 4;
     }
     return key;
 }
