@@ -62,10 +62,9 @@ void co_scan_count_lines(CoScan *scan, const char *at, uint32_t lines)
 
 // ---- White space -------------------------------------------------------------------------------
 
-static bool skip_block_comment(CoScan *scan)
+static bool skip_block(CoScan *scan)
 {
-    if (scan->end - scan->at < 4 || scan->at[0] != '/' || scan->at[1] != '*' ||
-        scan->at >= scan->unclosed)
+    if (scan->end - scan->at < 4 || scan->at[1] != '*' || scan->at >= scan->unclosed)
         return false;
     for (const char *p = scan->at + 2; (p = memchr(p, '*', (size_t)(scan->end - p))) != NULL;) {
         p++;
@@ -76,6 +75,11 @@ static bool skip_block_comment(CoScan *scan)
     }
     scan->unclosed = scan->at;
     return false;
+}
+
+static inline bool skip_block_comment(CoScan *scan)
+{
+    return scan->at < scan->end && *scan->at == '/' && skip_block(scan);
 }
 
 static bool skip_line_comment(CoScan *scan)

@@ -1,9 +1,9 @@
 // Long lists of plain numbers, by several threads. The text up to the closing bracket is taken in
-// blocks of a fixed size. Elements are counted by what each has one of, the parenthesis before it or
-// the comma behind it, and belong to the block in which that stands; this gives the size of the array
-// and where the elements of each block begin and go. As long as each block ends where the next begins,
-// one loop over the text would have read the same; the first that does not says where that loop had
-// stopped.
+// blocks of a fixed size. Elements are counted by what each has one of, the parenthesis before it
+// or the comma behind it, and belong to the block in which that stands; this gives the size of the
+// array and where the elements of each block begin and go. As long as each block ends where the
+// next begins, one loop over the text would have read the same; the first that does not says where
+// that loop had stopped.
 
 #include "base/mapped_file.h"
 #include "base/parallel.h"
@@ -188,8 +188,8 @@ static void read_blocks(void *context, size_t begin, size_t end, uint32_t worker
         Block *block = &bulk->blocks[i];
         if (!block->expected)
             continue;
-        CoPlainRun run = {block->from, p->scan.safe,
-                          array->data + block->first * array->element, block->expected, 0};
+        CoPlainRun run = {block->from, p->scan.safe, array->data + block->first * array->element,
+                          block->expected, 0};
         co_plain_read(array->info, p->scan.safe, &run);
         block->at = run.at;
         block->count = run.count;
@@ -230,8 +230,10 @@ static bool read_all(CoParser *p, CoArray *array, Bulk *bulk)
     // A list too long, or no list: the general reader says so, in its place.
     if (total >= p->max_array_length)
         return true;
-    // The last element of scalars has no comma.
+    // The last element of scalars has no comma; what the end of the text leaves to others follows.
     size_t capacity = total + 1;
+    if (bulk->stop == p->scan.safe)
+        capacity += (size_t)(p->scan.end - p->scan.safe);
     array->data = co_arena_bytes(&p->layer->arena, capacity * array->element, 64);
     if (!array->data)
         return co_parse_stop(p, p->scan.at, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");

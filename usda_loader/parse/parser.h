@@ -48,7 +48,7 @@ typedef struct CoParser {
     const char *empty; // the token of ""
     struct {
         const char *name, *token;
-    } names[CO_NAME_CACHE]; // tokens of field names by the address of the name
+    } names[CO_NAME_CACHE];              // tokens of field names by the address of the name
     CoKnownToken tokens[CO_TOKEN_CACHE]; // met last, by hash
     CoKnownType types[CO_NAME_CACHE];    // named last, by address
     CoKept kept[CO_KEPT_CACHE];          // small values stored last, by hash
@@ -84,8 +84,8 @@ const char *co_parse_token(CoParser *p, const char *text, size_t length);
 // A copy that nobody will change. Small ones may be those of an equal copy made before.
 const void *co_parse_keep(CoParser *p, const void *data, size_t size);
 const char *co_parse_keep_text(CoParser *p, const char *text, size_t length); // with a NUL
-// Makes room for item `count` of a list and returns it, zeroed. Capacity is the next power of two of
-// the count; blocks that a list has outgrown go to others.
+// Makes room for item `count` of a list and returns it, zeroed. Capacity is the next power of two
+// of the count; blocks that a list has outgrown go to others.
 void *co_parse_push(CoParser *p, void *list_pointer, size_t count, size_t size);
 void co_parse_list_free(CoParser *p, void *list, size_t count, size_t size);
 // The type that a token names; false when it is not known.
@@ -94,7 +94,8 @@ bool co_parse_type(CoParser *p, const char *name, CohortType *type, bool *is_arr
 CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char *at);
 bool co_parse_deeper(CoParser *p, const char *at); // p->depth++ within the limit
 bool co_parse_scratch(CoParser *p, size_t size);   // at least that many bytes
-// Going back costs a search. Who asks behind a long value asks before it too: the last answer is kept.
+// Going back costs a search. Who asks behind a long value asks before it too: the last answer is
+// kept.
 uint32_t co_parse_line(CoParser *p, const char *at);
 
 // ---- Statements and lists (parser.c)
@@ -114,7 +115,16 @@ bool co_parse_asset(CoParser *p, CohortString *out);
 bool co_asset_check(CoParser *p, const char *at, const CohortString *asset);
 // An identifier with C++ namespaces that is no keyword: a type or a metadata name.
 bool co_scan_type_name(CoScan *scan, CoSlice *out);
-bool co_slice_is(CoSlice slice, const char *text);
+
+// True when the slice is all of `text`; an empty one is no text.
+static inline bool co_slice_is(CoSlice slice, const char *text)
+{
+    for (size_t i = 0; i < slice.length; i++)
+        if (slice.begin[i] != text[i] || !text[i])
+            return false;
+    return slice.length > 0 && !text[slice.length];
+}
+
 // co_token by co_hash_bytes(text, length, 0).
 const char *co_token_hashed(const char *text, size_t length, uint64_t hash);
 
@@ -141,7 +151,7 @@ bool co_parse_value(CoParser *p, CohortType type, bool is_array, CoValue *out);
 // A value of no known type as its text.
 bool co_parse_opaque(CoParser *p, CoValue *out);
 bool co_parse_opaque_item(CoParser *p, CoValue *out); // the same of a list: no path, not None
-bool co_parse_dictionary(CoParser *p, CoDict *out); // from its '{'
+bool co_parse_dictionary(CoParser *p, CoDict *out);   // from its '{'
 // One more entry, then the order that a dictionary has: of equal keys the last stays.
 bool co_dict_push(CoParser *p, CoDict *dict, const char *key, CoValue *value);
 bool co_dict_sort(CoParser *p, CoDict *dict);
@@ -158,7 +168,8 @@ typedef struct CoListSyntax {
     void *context;
     bool single; // one item may stand without brackets
     bool none;   // None stands for the empty list
-    // As the reference has it: any of the lists may be empty, one with two items alike does not count.
+    // As the reference has it: any of the lists may be empty, one with two items alike does not
+    // count.
     bool is_metadata;
 } CoListSyntax;
 bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind kind,

@@ -2,76 +2,37 @@
 
 #include <string.h>
 
-// Names that no type and no metadata may have.
-static const char *const keywords[] = {
-    "add",
-    "AnimationBlock",
-    "append",
-    "bezier",
-    "class",
-    "config",
-    "connect",
-    "curve",
-    "custom",
-    "customData",
-    "default",
-    "def",
-    "delete",
-    "dictionary",
-    "displayUnit",
-    "doc",
-    "held",
-    "hermite",
-    "inherits",
-    "kind",
-    "linear",
-    "loop",
-    "nameChildren",
-    "None",
-    "none",
-    "offset",
-    "oscillate",
-    "over",
-    "payload",
-    "permission",
-    "post",
-    "pre",
-    "prefixSubstitutions",
-    "prepend",
-    "properties",
-    "references",
-    "relocates",
-    "rel",
-    "reorder",
-    "rootPrims",
-    "repeat",
-    "reset",
-    "scale",
-    "sloped",
-    "subLayers",
-    "suffixSubstitutions",
-    "specializes",
-    "spline",
-    "symmetryArguments",
-    "symmetryFunction",
-    "timeSamples",
-    "uniform",
-    "variantSet",
-    "variantSets",
-    "variants",
-    "varying",
+// Names that no type and no metadata may have, by their first letter.
+static const char *const keywords['z' - 'A' + 1][10] = {
+    ['A' - 'A'] = {"AnimationBlock"},
+    ['N' - 'A'] = {"None"},
+    ['a' - 'A'] = {"add", "append"},
+    ['b' - 'A'] = {"bezier"},
+    ['c' - 'A'] = {"class", "config", "connect", "curve", "custom", "customData"},
+    ['d' - 'A'] = {"default", "def", "delete", "dictionary", "displayUnit", "doc"},
+    ['h' - 'A'] = {"held", "hermite"},
+    ['i' - 'A'] = {"inherits"},
+    ['k' - 'A'] = {"kind"},
+    ['l' - 'A'] = {"linear", "loop"},
+    ['n' - 'A'] = {"nameChildren", "none"},
+    ['o' - 'A'] = {"offset", "oscillate", "over"},
+    ['p' - 'A'] = {"payload", "permission", "post", "pre", "prefixSubstitutions", "prepend",
+                   "properties"},
+    ['r' - 'A'] = {"references", "relocates", "rel", "reorder", "rootPrims", "repeat", "reset"},
+    ['s' - 'A'] = {"scale", "sloped", "subLayers", "suffixSubstitutions", "specializes", "spline",
+                   "symmetryArguments", "symmetryFunction"},
+    ['t' - 'A'] = {"timeSamples"},
+    ['u' - 'A'] = {"uniform"},
+    ['v' - 'A'] = {"variantSet", "variantSets", "variants", "varying"},
 };
-
-bool co_slice_is(CoSlice slice, const char *text)
-{
-    return slice.length && slice.begin[0] == text[0] && strlen(text) == slice.length &&
-           memcmp(slice.begin, text, slice.length) == 0;
-}
 
 static bool is_keyword(CoSlice slice)
 {
-    for (size_t i = 0; i < sizeof keywords / sizeof *keywords; i++)
-        if (co_slice_is(slice, keywords[i]))
+    unsigned letter = (unsigned)(unsigned char)slice.begin[0] - 'A';
+    if (letter >= sizeof keywords / sizeof *keywords)
+        return false;
+    for (const char *const *word = keywords[letter]; *word; word++)
+        if (co_slice_is(slice, *word))
             return true;
     return false;
 }
