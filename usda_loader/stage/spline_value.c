@@ -23,12 +23,9 @@ typedef struct CoCurve {
 } CoCurve;
 
 // ---- Tangents -----------------------------------------------------------------------------------
-static CoSplineInterp interp_of(const CoSplineKnot *knots, size_t i)
+static CoSplineInterp interp_of(const CoSplineKnot *knot)
 {
-    for (size_t j = i + 1; j-- > 0;)
-        if (knots[j].has_interp)
-            return knots[j].interp;
-    return CO_SPLINE_INTERP_HELD;
+    return knot->has_interp ? knot->interp : CO_SPLINE_INTERP_HELD;
 }
 
 static double pre_value(const CoSplineKnot *knot)
@@ -36,10 +33,13 @@ static double pre_value(const CoSplineKnot *knot)
     return knot->has_pre_value ? knot->pre_value : knot->value;
 }
 
-// The slope that eases a knot in between its neighbours: flat at the ends and at extremes.
+// The slope that eases a knot in between its neighbours: flat at extremes and where the curve breaks
+// off: at the ends, at two values and at blocks.
 static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
 {
-    if (i == 0 || i + 1 == count)
+    if (i == 0 || i + 1 == count || knots[i].has_pre_value ||
+        interp_of(&knots[i]) == CO_SPLINE_INTERP_NONE ||
+        interp_of(&knots[i - 1]) == CO_SPLINE_INTERP_NONE)
         return 0;
     double before = knots[i].time - knots[i - 1].time, after = knots[i + 1].time - knots[i].time;
     double left = (pre_value(&knots[i]) - knots[i - 1].value) / before;
@@ -51,17 +51,36 @@ static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
     return copysign(fmin(fabs(slope), most), left);
 }
 
-static void ease(CoSplineKnot *knots, const CoSplineKnot *from, size_t count)
+// A number as a knot of that type holds it.
+static double held_number(CohortType type, double number)
+{
+    if (type == COHORT_TYPE_HALF)
+        return (double)co_half_to_float(co_half_from_float((float)number));
+    return type == COHORT_TYPE_FLOAT ? (double)(float)number : number;
+}
+
+static void hold(CoSplineKnot *knots, size_t count, CohortType type)
 {
     for (size_t i = 0; i < count; i++) {
-        double slope = eased_slope(from, count, i);
+        CoSplineKnot *knot = &knots[i];
+        knot->value = held_number(type, knot->value);
+        knot->pre_value = held_number(type, knot->pre_value);
+        knot->pre.slope = held_number(type, knot->pre.slope);
+        knot->post.slope = held_number(type, knot->post.slope);
+    }
+}
+
+static void ease(CoSplineKnot *knots, size_t count, CohortType type)
+{
+    for (size_t i = 0; i < count; i++) {
+        double slope = held_number(type, eased_slope(knots, count, i));
         CoSplineTangent *pre = &knots[i].pre, *post = &knots[i].post;
         if (i > 0 && pre->is_set && !strcmp(pre->algorithm, "autoEase")) {
-            pre->width = (from[i].time - from[i - 1].time) / 3;
+            pre->width = (knots[i].time - knots[i - 1].time) / 3;
             pre->slope = slope;
         }
         if (i + 1 < count && post->is_set && !strcmp(post->algorithm, "autoEase")) {
-            post->width = (from[i + 1].time - from[i].time) / 3;
+            post->width = (knots[i + 1].time - knots[i].time) / 3;
             post->slope = slope;
         }
     }
@@ -74,17 +93,25 @@ static double bezier(double p0, double p1, double p2, double p3, double u)
     return v * v * v * p0 + 3 * v * v * u * p1 + 3 * v * u * u * p2 + u * u * u * p3;
 }
 
-// Widths as parts of the segment. Time never runs backwards while both are at most 1, or within an
-// ellipse that touches 4/3.
+// Handles as parts of the segment. Time never runs backwards while both are at most 1, or within an
+// ellipse that touches 4/3; both go back to it in proportion. The reference stays a hair within the
+// bound, by a fixed length, and takes a handle as short as that hair for none.
 static void shorten(double *out, double *in)
 {
-    double a = *out, b = *in, q = a * a + b * b + a * b;
-    if ((a <= 1 && b <= 1) || q - 2 * (a + b) + 1 <= 0)
+    const double margin = 1e-5, least = 1e-6;
+    double a = *out + least, b = *in + least;
+    if ((*out <= 1 && *in <= 1) || a * a + b * b + a * b - 2 * (a + b) + 1 <= 0)
         return;
-    // The reference stays a hair within the bound.
-    double k = (1 - 1e-5) * (a + b + sqrt(a * b)) / q;
-    *out *= k;
-    *in *= k;
+    if (*out < least) {
+        *in = 1 - margin;
+    } else if (*in < least) {
+        *out = 1 - margin;
+    } else {
+        double ratio = *out / *in;
+        double most = (sqrt(ratio) + ratio + 1) / (ratio * ratio + ratio + 1);
+        *out = fmax(ratio * most - margin, 0);
+        *in = fmax(most - margin, 0);
+    }
 }
 
 static double curve_value(const CoCurve *curve, const CoSplineKnot *a, const CoSplineKnot *b,
@@ -123,7 +150,7 @@ static bool value_within(const CoCurve *curve, double time, bool from_left, doub
             high = middle;
     }
     const CoSplineKnot *a = &knots[low], *b = &knots[high];
-    CoSplineInterp interp = interp_of(knots, low);
+    CoSplineInterp interp = interp_of(a);
     if (interp == CO_SPLINE_INTERP_NONE)
         return false;
     double u = (time - a->time) / (b->time - a->time);
@@ -158,7 +185,7 @@ static double end_slope(const CoCurve *curve, bool is_post)
         return 0;
     const CoSplineKnot *a = &curve->knots[is_post ? count - 2 : 0], *b = a + 1;
     const CoSplineKnot *end = is_post ? b : a;
-    CoSplineInterp interp = interp_of(curve->knots, (size_t)(a - curve->knots));
+    CoSplineInterp interp = interp_of(a);
     if (end->has_pre_value && end->pre_value != end->value)
         return 0;
     if (interp == CO_SPLINE_INTERP_LINEAR)
@@ -225,14 +252,12 @@ static size_t put_round(const CoCurve *curve, const CoSpline *spline, double rou
         out[count] = *knot;
         out[count].time += round * curve->length;
         out[count].value += round * curve->step;
-        out[count].pre_value += round * curve->step;
-        out[count].has_interp = true;
-        out[count++].interp = interp_of(spline->knots, i);
+        out[count++].pre_value += round * curve->step;
     }
     return count;
 }
 
-// The prototype must begin with a knot, or there is no loop.
+// The prototype must begin with a knot, and be repeated, or there is no loop.
 static bool find_loop(CoCurve *curve, const CoSpline *spline, double *before, double *after)
 {
     curve->start = spline->loop[0];
@@ -243,7 +268,7 @@ static bool find_loop(CoCurve *curve, const CoSpline *spline, double *before, do
     bool has_start = false;
     for (size_t i = 0; i < spline->count; i++)
         has_start |= spline->knots[i].time == curve->start;
-    return spline->has_loop && has_start && curve->length > 0;
+    return spline->has_loop && has_start && curve->length > 0 && *before + *after > 0;
 }
 
 // Into room for 4 * count + 3 knots: what is before the loop, its first round, the prototype, its
@@ -276,7 +301,8 @@ static size_t write_out(const CoCurve *curve, const CoSpline *spline, double bef
 }
 
 // The curve of a spline, made once (with the lock held); NULL when memory is at an end.
-static const CoCurve *make_curve(const CohortStage *stage, const CoSpline *spline)
+static const CoCurve *make_curve(const CohortStage *stage, CohortType type,
+                                 const CoSpline *spline)
 {
     CoCurve *curve = co_stage_alloc(stage, 1, sizeof *curve);
     CoSplineKnot *eased = co_stage_alloc(stage, spline->count, sizeof *eased);
@@ -284,7 +310,8 @@ static const CoCurve *make_curve(const CohortStage *stage, const CoSpline *splin
         return NULL;
     if (spline->count)
         memcpy(eased, spline->knots, spline->count * sizeof *eased);
-    ease(eased, spline->knots, spline->count);
+    hold(eased, spline->count, type);
+    ease(eased, spline->count, type);
     *curve = (CoCurve){
         .knots = eased, .count = spline->count, .is_hermite = !strcmp(spline->curve, "hermite")};
     double before, after;
@@ -304,13 +331,14 @@ static const CoCurve *make_curve(const CohortStage *stage, const CoSpline *splin
 }
 
 // ---- Values -------------------------------------------------------------------------------------
-static const CoCurve *find_curve(const CohortStage *stage, const CoValue *value)
+static const CoCurve *find_curve(const CohortStage *stage, CohortType type,
+                                 const CoValue *value)
 {
     CoQueryKey key = {value->data, value, CO_QUERY_VALUE, 0};
     const CoAnswer *known = co_stage_find_answer(stage, &key);
     if (known)
         return known->data;
-    const CoCurve *curve = make_curve(stage, value->data);
+    const CoCurve *curve = make_curve(stage, type, value->data);
     if (curve)
         co_stage_keep_answer(stage, &key, &(CoAnswer){.data = curve});
     return curve;
@@ -336,7 +364,7 @@ static const CoAnswer *answer_at(const CohortStage *stage, CohortType type,
     const CoAnswer *answer = co_stage_find_answer(stage, &key);
     if (answer)
         return answer;
-    const CoCurve *curve = find_curve(stage, value);
+    const CoCurve *curve = find_curve(stage, type, value);
     double number;
     if (!curve || !evaluate(value->data, curve, time, &number))
         return NULL;
