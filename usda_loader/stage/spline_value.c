@@ -12,15 +12,24 @@
 #include <math.h>
 #include <string.h>
 
-// A spline with its inner loops written out at their two ends: a time between these is first folded
-// into the prototype.
+// A spline as it is evaluated: its knots in the numbers of its type, eased, and what of it repeats.
 typedef struct CoCurve {
     const CoSplineKnot *knots; // ascending
     size_t count;
     bool is_hermite, has_loop;
-    double loop_begin, loop_end; // where the repetitions begin and end
-    double start, length, step;  // the prototype, and by how much each repetition is higher
+    size_t first, last;            // the knots of the prototype
+    double start, end, step;       // the prototype, and by how much each repetition is higher
+    double before, after;          // repetitions
+    double loop_begin, loop_end;   // where they begin and end
+    double begin_time, end_time;   // of all knots, the repeated ones too
+    bool begins_loop, ends_in_loop; // whether the outermost knots are repeated ones
 } CoCurve;
+
+// A time brought back to where the knots are.
+typedef struct CoPlace {
+    double time, offset; // offset: of the value
+    bool from_left;      // what the values before that time lead to
+} CoPlace;
 
 // ---- Tangents -----------------------------------------------------------------------------------
 static CoSplineInterp interp_of(const CoSplineKnot *knot)
@@ -136,168 +145,224 @@ static double curve_value(const CoCurve *curve, const CoSplineKnot *a, const CoS
     return bezier(a->value, v1, v2, end, 0.5 * (low + high));
 }
 
-// At a time from the first knot on and before the last, or, `from_left`, after the first and up to
-// the last: what the values before it lead to. False in a block.
-static bool value_within(const CoCurve *curve, double time, bool from_left, double *out)
+// False in a block.
+static bool value_between(const CoCurve *curve, const CoSplineKnot *a, const CoSplineKnot *b,
+                          double time, double *out)
 {
-    const CoSplineKnot *knots = curve->knots;
-    size_t low = 0, high = curve->count - 1;
-    while (high - low > 1) {
-        size_t middle = low + (high - low) / 2;
-        if (from_left ? knots[middle].time < time : knots[middle].time <= time)
-            low = middle;
-        else
-            high = middle;
-    }
-    const CoSplineKnot *a = &knots[low], *b = &knots[high];
-    CoSplineInterp interp = interp_of(a);
-    if (interp == CO_SPLINE_INTERP_NONE)
+    double slope;
+    switch (interp_of(a)) {
+    case CO_SPLINE_INTERP_NONE:
         return false;
-    double u = (time - a->time) / (b->time - a->time);
-    if (interp == CO_SPLINE_INTERP_HELD || u == 0)
+    case CO_SPLINE_INTERP_HELD:
         *out = a->value;
-    else if (u >= 1)
-        *out = pre_value(b);
-    else if (interp == CO_SPLINE_INTERP_LINEAR)
-        *out = (1 - u) * a->value + u * pre_value(b);
-    else
-        *out = curve_value(curve, a, b, time);
+        return true;
+    case CO_SPLINE_INTERP_LINEAR:
+        slope = (pre_value(b) - a->value) / (b->time - a->time);
+        *out = a->value + slope * (time - a->time);
+        return true;
+    case CO_SPLINE_INTERP_CURVE:
+        break;
+    }
+    *out = curve_value(curve, a, b, time);
     return true;
 }
 
-static bool value_inside(const CoCurve *curve, double time, bool from_left, double *out)
+static bool value_at_knot(const CoSpline *spline, const CoCurve *curve, size_t i, bool from_left,
+                          double *out)
 {
-    double rounds = 0, at = (time - curve->start) / curve->length;
-    if (curve->has_loop && time >= curve->loop_begin && time <= curve->loop_end &&
-        time != (from_left ? curve->loop_begin : curve->loop_end))
-        rounds = from_left ? ceil(at) - 1 : floor(at);
-    if (!value_within(curve, time - rounds * curve->length, from_left, out))
-        return false;
-    *out += rounds * curve->step;
-    return true;
+    const CoSplineKnot *knot = &curve->knots[i];
+    *out = from_left ? pre_value(knot) : knot->value;
+    if (from_left && i > 0 && interp_of(knot - 1) == CO_SPLINE_INTERP_HELD)
+        *out = knot[-1].value;
+    if (from_left)
+        return i == 0 ? !!strcmp(spline->pre.mode, "none")
+                      : interp_of(knot - 1) != CO_SPLINE_INTERP_NONE;
+    return i + 1 == curve->count ? !!strcmp(spline->post.mode, "none")
+                                 : interp_of(knot) != CO_SPLINE_INTERP_NONE;
+}
+
+// ---- Inner loops --------------------------------------------------------------------------------
+// A knot of the prototype, `rounds` repetitions later.
+static CoSplineKnot repeated(const CoCurve *curve, size_t i, double rounds)
+{
+    CoSplineKnot knot = curve->knots[i];
+    knot.time += rounds * (curve->end - curve->start);
+    knot.value += rounds * curve->step;
+    knot.pre_value += rounds * curve->step;
+    return knot;
+}
+
+// The prototype must begin with a knot, and be repeated, or there is no loop.
+static void find_loop(CoCurve *curve, const CoSpline *spline)
+{
+    curve->begin_time = curve->count ? curve->knots[0].time : 0;
+    curve->end_time = curve->count ? curve->knots[curve->count - 1].time : 0;
+    curve->start = spline->loop[0];
+    curve->end = spline->loop[1];
+    curve->before = trunc(fmax(spline->loop[2], 0));
+    curve->after = trunc(fmax(spline->loop[3], 0));
+    curve->step = spline->loop[4];
+    if (!spline->has_loop || !(curve->end > curve->start) || curve->before + curve->after < 1)
+        return;
+    for (size_t i = 0; i < curve->count; i++) {
+        if (curve->knots[i].time == curve->start) {
+            curve->first = i;
+            curve->has_loop = true;
+        }
+        if (curve->knots[i].time < curve->end)
+            curve->last = i;
+    }
+    if (!curve->has_loop)
+        return;
+    curve->loop_begin = curve->start - curve->before * (curve->end - curve->start);
+    curve->loop_end = curve->end + curve->after * (curve->end - curve->start);
+    curve->begins_loop = curve->loop_begin < curve->begin_time;
+    curve->ends_in_loop = curve->loop_end > curve->end_time;
+    curve->begin_time = fmin(curve->begin_time, curve->loop_begin);
+    curve->end_time = fmax(curve->end_time, curve->loop_end);
+}
+
+static void fold_loop(const CoCurve *curve, CoPlace *at)
+{
+    double length = curve->end - curve->start, rounds = 0;
+    if (!curve->has_loop || at->time < curve->loop_begin || at->time > curve->loop_end)
+        return;
+    if (at->time < curve->start)
+        rounds = -ceil((curve->start - at->time) / length);
+    else if (at->time >= curve->end)
+        rounds = trunc((at->time - curve->end) / length) + 1;
+    at->time -= rounds * length;
+    if (rounds != 0 && at->time >= curve->end) { // by rounding
+        at->time -= length;
+        rounds++;
+    }
+    at->time = fmax(at->time, rounds != 0 ? curve->start : at->time);
+    at->offset += rounds * curve->step;
+}
+
+// Between knots: those on both sides, where one may be a repeated one.
+static void find_neighbors(const CoCurve *curve, double time, size_t next, CoSplineKnot *a,
+                           CoSplineKnot *b)
+{
+    if (next > 0)
+        *a = curve->knots[next - 1];
+    if (next < curve->count)
+        *b = curve->knots[next];
+    if (!curve->has_loop)
+        return;
+    if (time >= curve->start && time < curve->end) {
+        if (next > curve->last)
+            *b = repeated(curve, curve->first, 1);
+    } else if (time < curve->loop_begin && b->time >= curve->loop_begin) {
+        *b = repeated(curve, curve->first, -curve->before);
+    } else if (time > curve->loop_end && a->time <= curve->loop_end) {
+        *a = repeated(curve, curve->first, curve->after + 1);
+    }
 }
 
 // ---- Beyond the ends ----------------------------------------------------------------------------
-static double end_slope(const CoCurve *curve, bool is_post)
+// The last knot and the one before it, seen from outside.
+static void find_end(const CoCurve *curve, bool is_post, CoSplineKnot *end, CoSplineKnot *inner)
 {
-    size_t count = curve->count;
-    if (count < 2)
-        return 0;
-    const CoSplineKnot *a = &curve->knots[is_post ? count - 2 : 0], *b = a + 1;
-    const CoSplineKnot *end = is_post ? b : a;
-    CoSplineInterp interp = interp_of(a);
-    if (end->has_pre_value && end->pre_value != end->value)
-        return 0;
-    if (interp == CO_SPLINE_INTERP_LINEAR)
-        return (pre_value(b) - a->value) / (b->time - a->time);
-    if (interp != CO_SPLINE_INTERP_CURVE)
-        return 0;
-    return is_post ? b->pre.slope : a->post.slope;
+    size_t last = curve->count - 1;
+    *end = curve->knots[is_post ? last : 0];
+    *inner = curve->knots[is_post ? (last ? last - 1 : 0) : (last ? 1 : 0)];
+    if (is_post && curve->ends_in_loop) {
+        *end = repeated(curve, curve->first, curve->after + 1);
+        *inner = repeated(curve, curve->last, curve->after);
+    } else if (!is_post && curve->begins_loop) {
+        *end = repeated(curve, curve->first, -curve->before);
+        *inner = curve->last > curve->first
+                     ? repeated(curve, curve->first + 1, -curve->before)
+                     : repeated(curve, curve->first, 1 - curve->before);
+    }
 }
 
-// The whole spline over and over, each round as high above the one before as the ends differ.
-static bool looped_value(const CoCurve *curve, const char *mode, double time, bool is_post,
-                         double *out)
+static double end_slope(const CoSplineKnot *end, const CoSplineKnot *inner, bool is_post)
 {
-    const CoSplineKnot *first = &curve->knots[0], *last = &curve->knots[curve->count - 1];
-    double length = last->time - first->time, rounds = floor((time - first->time) / length);
-    double local = time - rounds * length, step = 0;
-    if (!strcmp(mode, "loop repeat"))
-        step = is_post ? last->value - first->value : pre_value(last) - pre_value(first);
-    bool is_reversed = !strcmp(mode, "loop oscillate") && fmod(rounds, 2) != 0;
-    if (is_reversed)
-        local = first->time + last->time - local;
-    if (!value_inside(curve, fmin(fmax(local, first->time), last->time), is_reversed, out))
-        return false;
-    *out += rounds * step;
-    return true;
+    const CoSplineKnot *a = is_post ? inner : end, *b = is_post ? end : inner;
+    if (end->has_pre_value)
+        return 0;
+    if (interp_of(a) == CO_SPLINE_INTERP_LINEAR)
+        return (pre_value(b) - a->value) / (b->time - a->time);
+    if (interp_of(a) != CO_SPLINE_INTERP_CURVE)
+        return 0;
+    return is_post ? b->pre.slope : a->post.slope;
 }
 
 static bool value_outside(const CoCurve *curve, const CoSplineExtrapolation *how, double time,
                           bool is_post, double *out)
 {
-    const CoSplineKnot *end = &curve->knots[is_post ? curve->count - 1 : 0];
-    const char *mode = how->mode;
-    if (!strcmp(mode, "none"))
+    CoSplineKnot end, inner;
+    if (!strcmp(how->mode, "none"))
         return false;
-    if (!strncmp(mode, "loop", 4) && curve->count > 1)
-        return looped_value(curve, mode, time, is_post, out);
-    double slope = !strcmp(mode, "sloped")   ? how->slope
-                   : !strcmp(mode, "linear") ? end_slope(curve, is_post)
-                                             : 0;
-    *out = (is_post ? end->value : pre_value(end)) + slope * (time - end->time);
+    find_end(curve, is_post, &end, &inner);
+    double slope = 0;
+    if (!strcmp(how->mode, "sloped"))
+        slope = how->slope;
+    else if (!strcmp(how->mode, "linear") && curve->count > 1)
+        slope = end_slope(&end, &inner, is_post);
+    *out = (is_post ? end.value : pre_value(&end)) + slope * (time - end.time);
     return true;
+}
+
+// The whole spline over and over, each round as high above the one before as the ends differ. At
+// the seams the order of these operations decides on which side a time comes to lie.
+static void fold_ends(const CoSpline *spline, const CoCurve *curve, CoPlace *at)
+{
+    bool is_post = at->time >= curve->end_time;
+    const char *mode = is_post ? spline->post.mode : spline->pre.mode;
+    double length = curve->end_time - curve->begin_time;
+    if ((!is_post && at->time >= curve->begin_time) || strncmp(mode, "loop", 4) || !(length > 0))
+        return;
+    double past = is_post ? at->time - curve->end_time : curve->begin_time - at->time;
+    double rounds = trunc(past / length);
+    if (is_post || rounds != past / length)
+        rounds++;
+    at->time += is_post ? -rounds * length : rounds * length;
+    if (!strcmp(mode, "loop repeat")) {
+        CoSplineKnot first, last, inner;
+        find_end(curve, false, &first, &inner);
+        find_end(curve, true, &last, &inner);
+        at->offset += is_post ? rounds * (last.value - first.value)
+                              : -rounds * (pre_value(&last) - pre_value(&first));
+    } else if (!strcmp(mode, "loop oscillate") && fmod(rounds, 2) != 0) {
+        at->time = curve->begin_time + (length - (at->time - curve->begin_time));
+        at->from_left = true;
+    }
 }
 
 static bool evaluate(const CoSpline *spline, const CoCurve *curve, double time, double *out)
 {
     if (!curve->count)
         return false;
-    if (time < curve->knots[0].time)
-        return value_outside(curve, &spline->pre, time, false, out);
-    if (time >= curve->knots[curve->count - 1].time)
-        return value_outside(curve, &spline->post, time, true, out);
-    return value_inside(curve, time, false, out);
-}
-
-// ---- Inner loops --------------------------------------------------------------------------------
-// One round of the prototype, from its own knots.
-static size_t put_round(const CoCurve *curve, const CoSpline *spline, double round,
-                        CoSplineKnot *out, size_t count)
-{
-    for (size_t i = 0; i < spline->count; i++) {
-        const CoSplineKnot *knot = &spline->knots[i];
-        if (knot->time < curve->start || knot->time >= curve->start + curve->length)
-            continue;
-        out[count] = *knot;
-        out[count].time += round * curve->length;
-        out[count].value += round * curve->step;
-        out[count++].pre_value += round * curve->step;
+    CoPlace at = {.time = time};
+    fold_ends(spline, curve, &at);
+    fold_loop(curve, &at);
+    const CoSplineKnot *knots = curve->knots;
+    size_t low = 0, high = curve->count; // high: the first knot at or after
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (knots[middle].time < at.time)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return count;
-}
-
-// The prototype must begin with a knot, and be repeated, or there is no loop.
-static bool find_loop(CoCurve *curve, const CoSpline *spline, double *before, double *after)
-{
-    curve->start = spline->loop[0];
-    curve->length = spline->loop[1] - spline->loop[0];
-    curve->step = spline->loop[4];
-    *before = fmax(spline->loop[2], 0);
-    *after = fmax(spline->loop[3], 0);
-    bool has_start = false;
-    for (size_t i = 0; i < spline->count; i++)
-        has_start |= spline->knots[i].time == curve->start;
-    return spline->has_loop && has_start && curve->length > 0 && *before + *after > 0;
-}
-
-// Into room for 4 * count + 3 knots: what is before the loop, its first round, the prototype, its
-// last round, and what is after. Where a round is left out that follows, its first knot still ends
-// the one before.
-static size_t write_out(const CoCurve *curve, const CoSpline *spline, double before, double after,
-                        CoSplineKnot *out)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < spline->count && spline->knots[i].time < curve->loop_begin; i++)
-        out[count++] = spline->knots[i];
-    double rounds[] = {-before, 0, after};
-    for (int k = 0; k < 3; k++) {
-        if (k > 0 && rounds[k] == rounds[k - 1])
-            continue;
-        size_t first = count;
-        count = put_round(curve, spline, rounds[k], out, count);
-        double next = k == 0 && before > 0 ? 0 : after;
-        if (next == rounds[k] + 1)
-            continue;
-        out[count] = out[first];
-        out[count].time += curve->length;
-        out[count].value += curve->step;
-        out[count++].pre_value += curve->step;
+    bool is_known, in_prototype =
+                       curve->has_loop && at.time >= curve->start && at.time < curve->end;
+    if (high < curve->count && knots[high].time == at.time) {
+        is_known = value_at_knot(spline, curve, high, at.from_left, out);
+    } else if (high == 0) {
+        is_known = value_outside(curve, &spline->pre, at.time, false, out);
+    } else if (high == curve->count && !in_prototype) {
+        is_known = value_outside(curve, &spline->post, at.time, true, out);
+    } else {
+        CoSplineKnot a = {0}, b = {0};
+        find_neighbors(curve, at.time, high, &a, &b);
+        is_known = value_between(curve, &a, &b, at.time, out);
     }
-    for (size_t i = 0; i < spline->count; i++)
-        if (spline->knots[i].time > curve->loop_end)
-            out[count++] = spline->knots[i];
-    return count;
+    *out += is_known ? at.offset : 0;
+    return is_known;
 }
 
 // The curve of a spline, made once (with the lock held); NULL when memory is at an end.
@@ -314,19 +379,7 @@ static const CoCurve *make_curve(const CohortStage *stage, CohortType type,
     ease(eased, spline->count, type);
     *curve = (CoCurve){
         .knots = eased, .count = spline->count, .is_hermite = !strcmp(spline->curve, "hermite")};
-    double before, after;
-    curve->has_loop = find_loop(curve, spline, &before, &after);
-    if (!curve->has_loop)
-        return curve;
-    curve->loop_begin = curve->start - before * curve->length;
-    curve->loop_end = curve->start + (after + 1) * curve->length;
-    CoSplineKnot *knots = co_stage_alloc(stage, 4 * spline->count + 3, sizeof *knots);
-    if (!knots)
-        return NULL;
-    CoSpline copy = *spline;
-    copy.knots = eased;
-    curve->count = write_out(curve, &copy, before, after, knots);
-    curve->knots = knots;
+    find_loop(curve, spline);
     return curve;
 }
 
