@@ -78,7 +78,7 @@ typedef struct CoSplineTangent {
 typedef struct CoSplineKnot {
     double time, value, pre_value;
     bool has_pre_value;
-    bool has_interp; // else the interpolation of the knot before
+    bool has_interp; // else held
     CoSplineInterp interp;
     CoSplineTangent pre, post;
     CoDict *custom_data; // or NULL

@@ -17,11 +17,11 @@ typedef struct CoCurve {
     const CoSplineKnot *knots; // ascending
     size_t count;
     bool is_hermite, has_loop;
-    size_t first, last;            // the knots of the prototype
-    double start, end, step;       // the prototype, and by how much each repetition is higher
-    double before, after;          // repetitions
-    double loop_begin, loop_end;   // where they begin and end
-    double begin_time, end_time;   // of all knots, the repeated ones too
+    size_t first, last;             // the knots of the prototype
+    double start, end, step;        // the prototype, and by how much each repetition is higher
+    double before, after;           // repetitions
+    double loop_begin, loop_end;    // where they begin and end
+    double begin_time, end_time;    // of all knots, the repeated ones too
     bool begins_loop, ends_in_loop; // whether the outermost knots are repeated ones
 } CoCurve;
 
@@ -42,8 +42,8 @@ static double pre_value(const CoSplineKnot *knot)
     return knot->has_pre_value ? knot->pre_value : knot->value;
 }
 
-// The slope that eases a knot in between its neighbours: flat at extremes and where the curve breaks
-// off: at the ends, at two values and at blocks.
+// The slope that eases a knot in between its neighbours: flat at extremes and where the curve
+// breaks off: at the ends, at two values and at blocks.
 static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
 {
     if (i == 0 || i + 1 == count || knots[i].has_pre_value ||
@@ -306,9 +306,8 @@ static void find_end(const CoCurve *curve, bool is_post, CoSplineKnot *end, CoSp
         *inner = repeated(curve, curve->last, curve->after);
     } else if (!is_post && curve->begins_loop) {
         *end = repeated(curve, curve->first, -curve->before);
-        *inner = curve->last > curve->first
-                     ? repeated(curve, curve->first + 1, -curve->before)
-                     : repeated(curve, curve->first, 1 - curve->before);
+        *inner = curve->last > curve->first ? repeated(curve, curve->first + 1, -curve->before)
+                                            : repeated(curve, curve->first, 1 - curve->before);
     }
 }
 
@@ -382,8 +381,8 @@ static bool evaluate(const CoSpline *spline, const CoCurve *curve, double time, 
         else
             high = middle;
     }
-    bool is_known, in_prototype =
-                       curve->has_loop && at.time >= curve->start && at.time < curve->end;
+    bool is_known,
+        in_prototype = curve->has_loop && at.time >= curve->start && at.time < curve->end;
     if (high < curve->count && knots[high].time == at.time) {
         is_known = value_at_knot(spline, curve, high, at.from_left, out);
     } else if (high == 0) {
@@ -400,8 +399,7 @@ static bool evaluate(const CoSpline *spline, const CoCurve *curve, double time, 
 }
 
 // The curve of a spline, made once (with the lock held); NULL when memory is at an end.
-static const CoCurve *make_curve(const CohortStage *stage, CohortType type,
-                                 const CoSpline *spline)
+static const CoCurve *make_curve(const CohortStage *stage, CohortType type, const CoSpline *spline)
 {
     CoCurve *curve = co_stage_alloc(stage, 1, sizeof *curve);
     CoSplineKnot *eased = co_stage_alloc(stage, spline->count, sizeof *eased);
@@ -418,8 +416,7 @@ static const CoCurve *make_curve(const CohortStage *stage, CohortType type,
 }
 
 // ---- Values -------------------------------------------------------------------------------------
-static const CoCurve *find_curve(const CohortStage *stage, CohortType type,
-                                 const CoValue *value)
+static const CoCurve *find_curve(const CohortStage *stage, CohortType type, const CoValue *value)
 {
     CoQueryKey key = {value->data, value, CO_QUERY_VALUE, 0};
     const CoAnswer *known = co_stage_find_answer(stage, &key);

@@ -81,6 +81,36 @@ static void inner_loops_repeat_and_hide(void **state)
     EXPECT("loop: (1, 2, 1, 1, 5),\n0: 1; post linear,\n3: 4; post linear", {1, 2}, {2.5, 3.5});
 }
 
+static void loops_without_rounds_are_none(void **state)
+{
+    (void)state;
+#define LINES "0: 1; post linear,\n1: 3; post linear,\n2: 7; post linear,\n6: 0; post linear"
+    EXPECT("loop: (0, 2, 0, 0, 5),\n" LINES, {1.5, 5}, {2, 7});
+    EXPECT("loop: (0, 2, -1, 1, 5),\n" LINES, {-1, 1}, {1.5, 4.5}, {3, 8}, {4, 11});
+    EXPECT("loop: (0, 2, 1, -1, 5),\n" LINES, {-3, -4}, {-0.5, -0.5}, {1.5, 4.5}, {4, 3});
+}
+
+static void loops_at_the_ends(void **state)
+{
+    (void)state;
+    EXPECT("post: none,\nloop: (1, 2, 1, 1, 5),\n0: 1; post linear,\n1: 3; post linear", {0, NONE},
+           {0.5, 0.5}, {1, NONE}, {1.5, 5.5}, {2.5, 10.5}, {3, NONE});
+    EXPECT("pre: linear,\npost: linear,\nloop: (1, 2, 1, 1, 5),\n1: 3; post linear", {-1, -2},
+           {0, -2}, {0.5, 0.5}, {1, 3}, {1.5, 5.5}, {2.5, 10.5}, {3, 13}, {4, 13});
+    EXPECT("pre: linear,\npost: linear,\nloop: (1, 3, 1, 1, 5),\n1: 3; post linear,\n"
+           "2: 4; post linear",
+           {-2, -3}, {-1, -2}, {0.5, 1}, {1, 3}, {1.5, 3.5}, {2.5, 6}, {5, 13}, {6, 17});
+    // A time that rounding brings to before the prototype is still at its start.
+    EXPECT("loop: (2.6, 4.1, 3, 3, 0.8806),\n1.6: 3.083; post linear,\n2.6: 4.747; post held",
+           {1.1, 3.8664}, {1.2, 3.8664});
+}
+
+static void a_shape_holds_for_one_segment(void **state)
+{
+    (void)state;
+    EXPECT("0: 1; post linear,\n1: 3; pre (1, 2),\n2: 5; post linear", {0.5, 2}, {1.5, 3});
+}
+
 static void handles_never_run_backwards(void **state)
 {
     (void)state;
@@ -88,11 +118,30 @@ static void handles_never_run_backwards(void **state)
            "2: 3; pre (0.1, 0); post curve (1.5, 0),\n3: 0; pre (3, 1)",
            {0.25, 0.25}, {0.5, 0.5}, {1.5, 2.43546}, {2.5, -0.19652});
     EXPECT("0: 0; post curve (1.2, 0.3),\n1: 1; pre (0.5, 0.2)", {0.25, 0.08824}, {0.75, 0.54491});
+    EXPECT("0: 0; post curve (1e-7, 1),\n1: 1; pre (3, 2)", {0.25, -0.190545}, {0.5, 0.110121},
+           {0.9, 0.803491});
+    EXPECT("0: 0; post curve (3, 1),\n1: 1; pre (0, 2)", {0.25, 0.25}, {0.5, 0.5}, {0.9, 0.9});
+    EXPECT("0: 0; post curve (0.2, 1),\n1: 1; pre (0.5, 2)", {0.25, 0.131174}, {0.5, 0.282369},
+           {0.9, 0.810819});
+    // Next to a vertical the reference's closed form is off by 5e-4.
+    EXPECT("-3.1: -3.04; post curve (5, -23.8546),\n0.6: -5.7422; pre (1, -20.7271)", {-3.1, -3.04},
+           {-3.099, -3.0633392}, {-3, -5.4133978}, {-1, -45.3300504});
     EXPECT("hermite,\n0: 0; post curve (1),\n1: 1; pre (2); post curve (3),\n2: 3; pre (0)",
            {0.25, 0.20312}, {0.5, 0.375}, {1.5, 2.375});
     EXPECT("0: 1; post curve (0.5, 1.5, autoEase),\n"
            "1: 3; pre (0.5, 1.5, autoEase); post curve (0.2, 1, autoEase),\n3: 2; pre (0.1, 1)",
            {0.25, 1.3125}, {0.5, 2}, {1.5, 2.86663}, {2.5, 2.27181});
+}
+
+static void easing_is_flat_at_breaks(void **state)
+{
+    (void)state;
+    EXPECT("0: 1; post linear,\n1: 3; pre (0.5, 1.5, autoEase); post curve (0.2, 1, autoEase),\n"
+           "3: 4 & 5; pre (0.2, 1, autoEase); post curve (0.2, 1, autoEase),\n"
+           "4: 6; pre (0.1, 1); post none (1, 1),\n"
+           "5: 8; pre (1, 1, autoEase); post curve (1, 1, autoEase),\n6: 9; pre (0.1, 1)",
+           {1.5, 3.546875}, {2.5, 3.973958}, {3.25, 5.115379}, {3.75, 5.669236}, {5.25, 8.115379},
+           {5.5, 8.359786});
 }
 
 static void types_of_numbers(void **state)
@@ -102,6 +151,11 @@ static void types_of_numbers(void **state)
     expect("float", "0: 1; post linear,\n3: 2; post linear", line, 1);
     expect("timecode", "0: 1; post linear,\n3: 2; post linear", line, 1);
     expect("half", "0: 1; post linear,\n3: 2; post linear", half, 1);
+    // Knots are rounded to the type before anything is made of them.
+    const Sample rounded[] = {{0, 0.099976}, {1, 0.300049}, {3, 0.700195}};
+    expect("half", "0: 0.1; post linear,\n3: 0.7; post linear", rounded, 3);
+    const Sample curve[] = {{1, 1.5}, {2.5, 1.8125}};
+    expect("half", "0: 1; post curve (0.5, 1.3),\n3: 2; pre (0.5, 0.7)", curve, 2);
 }
 
 int main(void)
@@ -110,7 +164,11 @@ int main(void)
         cmocka_unit_test(beyond_the_ends),
         cmocka_unit_test(ends_without_a_slope_are_flat),
         cmocka_unit_test(inner_loops_repeat_and_hide),
+        cmocka_unit_test(loops_without_rounds_are_none),
+        cmocka_unit_test(loops_at_the_ends),
+        cmocka_unit_test(a_shape_holds_for_one_segment),
         cmocka_unit_test(handles_never_run_backwards),
+        cmocka_unit_test(easing_is_flat_at_breaks),
         cmocka_unit_test(types_of_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
