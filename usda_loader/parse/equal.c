@@ -123,7 +123,8 @@ static bool same_knots(const CoSplineKnot *a, const CoSplineKnot *b)
 
 static bool same_ends(const CoSplineExtrapolation *a, const CoSplineExtrapolation *b)
 {
-    return same_text(a->mode, b->mode) && same_double(a->slope, b->slope);
+    return same_text(a->mode, b->mode) && same_double(a->slope, b->slope) &&
+           a->has_boundary == b->has_boundary && same_double(a->boundary, b->boundary);
 }
 
 static bool same_splines(const CoSpline *a, const CoSpline *b)

@@ -88,6 +88,8 @@ typedef struct CoSplineExtrapolation {
     const char *
         mode; // "", "none", "held", "linear", "sloped", "loop repeat", "... reset", "... oscillate"
     double slope;
+    bool has_boundary; // of a loop: it goes from or to the knot at `boundary`, not over all knots
+    double boundary;
 } CoSplineExtrapolation;
 
 typedef struct CoSpline {

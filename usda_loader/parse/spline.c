@@ -24,6 +24,20 @@ static bool parse_padded(CoParser *p, char c)
     return true;
 }
 
+// Behind a loop: "(" time ")", or nothing.
+static bool parse_boundary(CoParser *p, CoSplineExtrapolation *out)
+{
+    CoScan ahead = p->scan;
+    co_scan_inline(&ahead);
+    if (co_scan_peek(&ahead) != '(')
+        return true;
+    out->has_boundary = true;
+    if (!parse_padded(p, '(') || !parse_real(p, &out->boundary))
+        return false;
+    co_scan_inline(&p->scan);
+    return co_parse_char(p, ')');
+}
+
 static bool parse_extrapolation(CoParser *p, CoSplineExtrapolation *out)
 {
     static const char *const words[] = {"none", "held", "linear"};
@@ -31,7 +45,7 @@ static bool parse_extrapolation(CoParser *p, CoSplineExtrapolation *out)
         {"repeat", "loop repeat"}, {"reset", "loop reset"}, {"oscillate", "loop oscillate"}};
     if (!parse_padded(p, ':'))
         return false;
-    out->slope = 0; // of what may have been said before
+    *out = (CoSplineExtrapolation){.mode = ""}; // whatever may have been said before
     for (size_t i = 0; i < 3; i++)
         if (co_scan_word(&p->scan, words[i])) {
             out->mode = words[i];
@@ -48,7 +62,7 @@ static bool parse_extrapolation(CoParser *p, CoSplineExtrapolation *out)
         for (size_t i = 0; i < 3; i++)
             if (co_scan_word(&p->scan, loops[i][0])) {
                 out->mode = loops[i][1];
-                return true;
+                return parse_boundary(p, out);
             }
     return co_parse_expected(p, "none, held, linear, sloped(...) or loop repeat, reset, oscillate");
 }
@@ -57,9 +71,15 @@ static bool parse_loop(CoParser *p, CoSpline *spline)
 {
     if (!parse_padded(p, ':') || !parse_padded(p, '('))
         return false;
-    for (int i = 0; i < 5; i++)
-        if (!parse_real(p, &spline->loop[i]) || (i < 4 && !parse_padded(p, ',')))
+    for (int i = 0; i < 5; i++) {
+        const char *start = p->scan.at;
+        if (!parse_real(p, &spline->loop[i]))
             return false;
+        if ((i == 2 || i == 3) && spline->loop[i] != trunc(spline->loop[i]))
+            return co_parse_fail(p, start, "a spline loops a whole number of times");
+        if (i < 4 && !parse_padded(p, ','))
+            return false;
+    }
     co_scan_inline(&p->scan);
     spline->has_loop = true;
     return co_parse_char(p, ')');

@@ -224,6 +224,11 @@ static void write_extrapolation(CoWriter *w, const char *side, const CoSplineExt
         co_write_double(w, e->slope);
         putc(')', w->file);
     }
+    if (e->has_boundary) {
+        putc('(', w->file);
+        co_write_double(w, e->boundary);
+        putc(')', w->file);
+    }
     co_write_text(w, ",\n");
 }
 

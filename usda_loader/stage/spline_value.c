@@ -1,10 +1,10 @@
 // Attributes animated by curves: the value of a spline at a time.
 //
-// Source: the reference's spline rules, each tried: segments are held, linear, Bezier or Hermite; a
-// Bezier whose time would run backwards has both its handles shortened in proportion until it does
-// not; inner loops repeat a stretch of knots and hide the knots they cover; beyond its ends a
-// spline is held, goes on straight, or loops as a whole.
+// Source: the reference's spline rules, each tried: segments are held, linear, Bezier or Hermite;
+// inner loops repeat a stretch of knots and hide the knots they cover; beyond its ends a spline is
+// held, goes on straight, or loops, as a whole or from or to a knot.
 
+#include "stage/spline_segment.h"
 #include "stage/stage_data.h"
 
 #include "lex/number.h"
@@ -37,11 +37,6 @@ static CoSplineInterp interp_of(const CoSplineKnot *knot)
     return knot->has_interp ? knot->interp : CO_SPLINE_INTERP_HELD;
 }
 
-static double pre_value(const CoSplineKnot *knot)
-{
-    return knot->has_pre_value ? knot->pre_value : knot->value;
-}
-
 // The slope that eases a knot in between its neighbours: flat at extremes and where the curve
 // breaks off: at the ends, at two values and at blocks.
 static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
@@ -51,8 +46,8 @@ static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
         interp_of(&knots[i - 1]) == CO_SPLINE_INTERP_NONE)
         return 0;
     double before = knots[i].time - knots[i - 1].time, after = knots[i + 1].time - knots[i].time;
-    double left = (pre_value(&knots[i]) - knots[i - 1].value) / before;
-    double right = (pre_value(&knots[i + 1]) - knots[i].value) / after;
+    double left = (co_spline_pre_value(&knots[i]) - knots[i - 1].value) / before;
+    double right = (co_spline_pre_value(&knots[i + 1]) - knots[i].value) / after;
     if (left * right <= 0)
         return 0;
     double u = before / (before + after), ease = u * (2 + u * (2 * u - 3));
@@ -95,90 +90,7 @@ static void ease(CoSplineKnot *knots, size_t count, CohortType type)
     }
 }
 
-// ---- Segments -----------------------------------------------------------------------------------
-static double bezier(double p0, double p1, double p2, double p3, double u)
-{
-    double v = 1 - u;
-    return v * v * v * p0 + 3 * v * v * u * p1 + 3 * v * u * u * p2 + u * u * u * p3;
-}
-
-// Handles as parts of the segment. Time never runs backwards while both are at most 1, or within an
-// ellipse that touches 4/3; both go back to it in proportion. The reference stays a hair within the
-// bound, by a fixed length, and takes a handle as short as that hair for none.
-static void shorten(double *out, double *in)
-{
-    const double margin = 1e-5, least = 1e-6;
-    double a = *out + least, b = *in + least;
-    if ((*out <= 1 && *in <= 1) || a * a + b * b + a * b - 2 * (a + b) + 1 <= 0)
-        return;
-    if (*out < least) {
-        *in = 1 - margin;
-    } else if (*in < least) {
-        *out = 1 - margin;
-    } else {
-        double ratio = *out / *in;
-        double most = (sqrt(ratio) + ratio + 1) / (ratio * ratio + ratio + 1);
-        *out = fmax(ratio * most - margin, 0);
-        *in = fmax(most - margin, 0);
-    }
-}
-
-// By arithmetic alone, to be the same on every machine.
-static double cube_root(double x)
-{
-    int exponent;
-    double part = frexp(fabs(x), &exponent);
-    if (x == 0 || !isfinite(x))
-        return x;
-    while (exponent % 3 != 0) {
-        part *= 0.5;
-        exponent++;
-    }
-    double root = 0.4 + 0.6 * part; // within an eighth of it
-    for (int i = 0; i < 6; i++)
-        root -= (root * root * root - part) / (3 * root * root);
-    return copysign(ldexp(root, exponent / 3), x);
-}
-
-// Where the time of a Bezier segment passes zero. With one real root by Cardano's formula, which
-// next to a vertical tangent is off by some 1e-6, as in the reference: there that is to be seen.
-static double zero_of_time(double p0, double p1, double p2, double p3)
-{
-    double a = -p0 + 3 * p1 - 3 * p2 + p3;
-    double b = (3 * p0 - 6 * p1 + 3 * p2) / a, c = (-3 * p0 + 3 * p1) / a, d = p0 / a;
-    double p = (3 * c - b * b) / 3 / 3, half_q = (2 * b * b * b - 9 * b * c + 27 * d) / 27 / 2;
-    double root = half_q * half_q + p * p * p, low = 0, high = 1;
-    if (fabs(a) > 1e-10 && root > 0) {
-        root = sqrt(root);
-        return fmin(fmax(cube_root(root - half_q) - cube_root(root + half_q) - b / 3, 0), 1);
-    }
-    for (int i = 0; i < 60; i++) {
-        double u = 0.5 * (low + high);
-        if (bezier(p0, p1, p2, p3, u) < 0)
-            low = u;
-        else
-            high = u;
-    }
-    return 0.5 * (low + high);
-}
-
-static double curve_value(const CoCurve *curve, const CoSplineKnot *a, const CoSplineKnot *b,
-                          double time)
-{
-    double span = b->time - a->time, end = pre_value(b), u = (time - a->time) / span;
-    double out = a->post.is_set ? fmax(a->post.width, 0) / span : 0;
-    double in = b->pre.is_set ? fmax(b->pre.width, 0) / span : 0;
-    if (curve->is_hermite)
-        out = in = 1.0 / 3;
-    else
-        shorten(&out, &in);
-    double v1 = a->value + out * span * a->post.slope, v2 = end - in * span * b->pre.slope;
-    if (!curve->is_hermite)
-        u = zero_of_time(a->time - time, a->time + out * span - time, b->time - in * span - time,
-                         b->time - time);
-    return bezier(a->value, v1, v2, end, u);
-}
-
+// ---- Between knots ------------------------------------------------------------------------------
 // False in a block.
 static bool value_between(const CoCurve *curve, const CoSplineKnot *a, const CoSplineKnot *b,
                           double time, double *out)
@@ -191,27 +103,53 @@ static bool value_between(const CoCurve *curve, const CoSplineKnot *a, const CoS
         *out = a->value;
         return true;
     case CO_SPLINE_INTERP_LINEAR:
-        slope = (pre_value(b) - a->value) / (b->time - a->time);
+        slope = (co_spline_pre_value(b) - a->value) / (b->time - a->time);
         *out = a->value + slope * (time - a->time);
         return true;
     case CO_SPLINE_INTERP_CURVE:
         break;
     }
-    *out = curve_value(curve, a, b, time);
+    *out = co_spline_segment(a, b, curve->is_hermite, time);
     return true;
+}
+
+// The first knot at or after a time: an index up to the count.
+static size_t search(const CoCurve *curve, double time)
+{
+    size_t low = 0, high = curve->count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (curve->knots[middle].time < time)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+static const CoSplineKnot *find_knot(const CoCurve *curve, double time)
+{
+    size_t i = search(curve, time);
+    return i < curve->count && curve->knots[i].time == time ? &curve->knots[i] : NULL;
+}
+
+// There is nothing beyond an end that says so, nor where a loop is bounded by no knot.
+static bool is_blocked(const CoCurve *curve, const CoSplineExtrapolation *how)
+{
+    return !strcmp(how->mode, "none") || (how->has_boundary && !find_knot(curve, how->boundary));
 }
 
 static bool value_at_knot(const CoSpline *spline, const CoCurve *curve, size_t i, bool from_left,
                           double *out)
 {
     const CoSplineKnot *knot = &curve->knots[i];
-    *out = from_left ? pre_value(knot) : knot->value;
+    *out = from_left ? co_spline_pre_value(knot) : knot->value;
     if (from_left && i > 0 && interp_of(knot - 1) == CO_SPLINE_INTERP_HELD)
         *out = knot[-1].value;
     if (from_left)
-        return i == 0 ? !!strcmp(spline->pre.mode, "none")
+        return i == 0 ? !is_blocked(curve, &spline->pre)
                       : interp_of(knot - 1) != CO_SPLINE_INTERP_NONE;
-    return i + 1 == curve->count ? !!strcmp(spline->post.mode, "none")
+    return i + 1 == curve->count ? !is_blocked(curve, &spline->post)
                                  : interp_of(knot) != CO_SPLINE_INTERP_NONE;
 }
 
@@ -233,8 +171,8 @@ static void find_loop(CoCurve *curve, const CoSpline *spline)
     curve->end_time = curve->count ? curve->knots[curve->count - 1].time : 0;
     curve->start = spline->loop[0];
     curve->end = spline->loop[1];
-    curve->before = trunc(fmax(spline->loop[2], 0));
-    curve->after = trunc(fmax(spline->loop[3], 0));
+    curve->before = fmin(fmax(spline->loop[2], 0), INT32_MAX);
+    curve->after = fmin(fmax(spline->loop[3], 0), INT32_MAX);
     curve->step = spline->loop[4];
     if (!spline->has_loop || !(curve->end > curve->start) || curve->before + curve->after < 1)
         return;
@@ -317,7 +255,7 @@ static double end_slope(const CoSplineKnot *end, const CoSplineKnot *inner, bool
     if (end->has_pre_value)
         return 0;
     if (interp_of(a) == CO_SPLINE_INTERP_LINEAR)
-        return (pre_value(b) - a->value) / (b->time - a->time);
+        return (co_spline_pre_value(b) - a->value) / (b->time - a->time);
     if (interp_of(a) != CO_SPLINE_INTERP_CURVE)
         return 0;
     return is_post ? b->pre.slope : a->post.slope;
@@ -327,7 +265,7 @@ static bool value_outside(const CoCurve *curve, const CoSplineExtrapolation *how
                           bool is_post, double *out)
 {
     CoSplineKnot end, inner;
-    if (!strcmp(how->mode, "none"))
+    if (is_blocked(curve, how))
         return false;
     find_end(curve, is_post, &end, &inner);
     double slope = 0;
@@ -335,32 +273,41 @@ static bool value_outside(const CoCurve *curve, const CoSplineExtrapolation *how
         slope = how->slope;
     else if (!strcmp(how->mode, "linear") && curve->count > 1)
         slope = end_slope(&end, &inner, is_post);
-    *out = (is_post ? end.value : pre_value(&end)) + slope * (time - end.time);
+    *out = (is_post ? end.value : co_spline_pre_value(&end)) + slope * (time - end.time);
     return true;
 }
 
-// The whole spline over and over, each round as high above the one before as the ends differ. At
-// the seams the order of these operations decides on which side a time comes to lie.
+// The whole spline, or the part of it up to or from a knot, over and over, each round as high above
+// the one before as its ends differ. At the seams the order of these operations decides on which
+// side a time comes to lie.
 static void fold_ends(const CoSpline *spline, const CoCurve *curve, CoPlace *at)
 {
     bool is_post = at->time >= curve->end_time;
-    const char *mode = is_post ? spline->post.mode : spline->pre.mode;
-    double length = curve->end_time - curve->begin_time;
-    if ((!is_post && at->time >= curve->begin_time) || strncmp(mode, "loop", 4) || !(length > 0))
+    const CoSplineExtrapolation *how = is_post ? &spline->post : &spline->pre;
+    if ((!is_post && at->time >= curve->begin_time) || strncmp(how->mode, "loop", 4) ||
+        is_blocked(curve, how))
         return;
-    double past = is_post ? at->time - curve->end_time : curve->begin_time - at->time;
+    CoSplineKnot first, last, inner;
+    find_end(curve, false, &first, &inner);
+    find_end(curve, true, &last, &inner);
+    first.time = curve->begin_time;
+    last.time = curve->end_time;
+    if (how->has_boundary)
+        *(is_post ? &first : &last) = *find_knot(curve, how->boundary);
+    double length = last.time - first.time;
+    double past = is_post ? at->time - last.time : first.time - at->time;
+    if (!(length > 0))
+        return;
     double rounds = trunc(past / length);
     if (is_post || rounds != past / length)
         rounds++;
     at->time += is_post ? -rounds * length : rounds * length;
-    if (!strcmp(mode, "loop repeat")) {
-        CoSplineKnot first, last, inner;
-        find_end(curve, false, &first, &inner);
-        find_end(curve, true, &last, &inner);
-        at->offset += is_post ? rounds * (last.value - first.value)
-                              : -rounds * (pre_value(&last) - pre_value(&first));
-    } else if (!strcmp(mode, "loop oscillate") && fmod(rounds, 2) != 0) {
-        at->time = curve->begin_time + (length - (at->time - curve->begin_time));
+    if (!strcmp(how->mode, "loop repeat")) {
+        at->offset += is_post
+                          ? rounds * (last.value - first.value)
+                          : -rounds * (co_spline_pre_value(&last) - co_spline_pre_value(&first));
+    } else if (!strcmp(how->mode, "loop oscillate") && fmod(rounds, 2) != 0) {
+        at->time = first.time + (length - (at->time - first.time));
         at->from_left = true;
     }
 }
@@ -373,14 +320,7 @@ static bool evaluate(const CoSpline *spline, const CoCurve *curve, double time, 
     fold_ends(spline, curve, &at);
     fold_loop(curve, &at);
     const CoSplineKnot *knots = curve->knots;
-    size_t low = 0, high = curve->count; // high: the first knot at or after
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (knots[middle].time < at.time)
-            low = middle + 1;
-        else
-            high = middle;
-    }
+    size_t high = search(curve, at.time);
     bool is_known,
         in_prototype = curve->has_loop && at.time >= curve->start && at.time < curve->end;
     if (high < curve->count && knots[high].time == at.time) {
