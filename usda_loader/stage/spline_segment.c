@@ -13,24 +13,24 @@ static double bezier(double p0, double p1, double p2, double p3, double u)
     return v * v * v * p0 + 3 * v * v * u * p1 + 3 * v * u * u * p2 + u * u * u * p3;
 }
 
-// Handles as parts of the segment. Time never runs backwards while both are at most 1, or within an
-// ellipse that touches 4/3; both go back to it in proportion. The reference stays a hair within the
-// bound, by a fixed length, and takes a handle as short as that hair for none.
-static void shorten(double *out, double *in)
+// Handles in time. It never runs backwards while, as parts of the segment, both are at most 1, or
+// within an ellipse that touches 4/3; both go back to it in proportion. The reference stays a hair
+// within the bound, by a fixed length, and takes a handle as short as that hair for none.
+static void shorten(double span, double *out, double *in)
 {
     const double margin = 1e-5, least = 1e-6;
-    double a = *out + least, b = *in + least;
-    if ((*out <= 1 && *in <= 1) || a * a + b * b + a * b - 2 * (a + b) + 1 <= 0)
+    double first = *out / span, second = *in / span, a = first + least, b = second + least;
+    if ((first <= 1 && second <= 1) || a * a + b * b + a * b - 2 * (a + b) + 1 <= 0)
         return;
-    if (*out < least) {
-        *in = 1 - margin;
-    } else if (*in < least) {
-        *out = 1 - margin;
+    if (first < least) {
+        *in = (1 - margin) * span;
+    } else if (second < least) {
+        *out = (1 - margin) * span;
     } else {
-        double ratio = *out / *in;
+        double ratio = first / second;
         double most = (sqrt(ratio) + ratio + 1) / (ratio * ratio + ratio + 1);
-        *out = fmax(ratio * most - margin, 0);
-        *in = fmax(most - margin, 0);
+        *out = fmax(ratio * most - margin, 0) * span;
+        *in = fmax(most - margin, 0) * span;
     }
 }
 
@@ -76,15 +76,14 @@ static double zero_of_time(double p0, double p1, double p2, double p3)
 double co_spline_segment(const CoSplineKnot *a, const CoSplineKnot *b, bool is_hermite, double time)
 {
     double span = b->time - a->time, end = co_spline_pre_value(b), u = (time - a->time) / span;
-    double out = a->post.is_set ? fmax(a->post.width, 0) / span : 0;
-    double in = b->pre.is_set ? fmax(b->pre.width, 0) / span : 0;
+    double out = a->post.is_set ? fmax(a->post.width, 0) : 0;
+    double in = b->pre.is_set ? fmax(b->pre.width, 0) : 0;
     if (is_hermite)
-        out = in = 1.0 / 3;
+        out = in = span / 3;
     else
-        shorten(&out, &in);
-    double v1 = a->value + out * span * a->post.slope, v2 = end - in * span * b->pre.slope;
+        shorten(span, &out, &in);
+    double v1 = a->value + out * a->post.slope, v2 = end - in * b->pre.slope;
     if (!is_hermite)
-        u = zero_of_time(a->time - time, a->time + out * span - time, b->time - in * span - time,
-                         b->time - time);
+        u = zero_of_time(a->time - time, a->time + out - time, b->time - in - time, b->time - time);
     return bezier(a->value, v1, v2, end, u);
 }

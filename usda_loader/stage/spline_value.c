@@ -60,7 +60,9 @@ static double held_number(CohortType type, double number)
 {
     if (type == COHORT_TYPE_HALF)
         return (double)co_half_to_float(co_half_from_float((float)number));
-    return type == COHORT_TYPE_FLOAT ? (double)(float)number : number;
+    // Volatile: of two such conversions side by side GCC 12 makes a vector, and then drops both.
+    volatile float narrow = (float)number;
+    return type == COHORT_TYPE_FLOAT ? (double)narrow : number;
 }
 
 static void hold(CoSplineKnot *knots, size_t count, CohortType type)
@@ -164,7 +166,8 @@ static CoSplineKnot repeated(const CoCurve *curve, size_t i, double rounds)
     return knot;
 }
 
-// The prototype must begin with a knot, and be repeated, or there is no loop.
+// The prototype must begin with a knot, and be repeated, or there is no loop; nor is there one
+// beside an end that loops from or to a knot.
 static void find_loop(CoCurve *curve, const CoSpline *spline)
 {
     curve->begin_time = curve->count ? curve->knots[0].time : 0;
@@ -174,7 +177,8 @@ static void find_loop(CoCurve *curve, const CoSpline *spline)
     curve->before = fmin(fmax(spline->loop[2], 0), INT32_MAX);
     curve->after = fmin(fmax(spline->loop[3], 0), INT32_MAX);
     curve->step = spline->loop[4];
-    if (!spline->has_loop || !(curve->end > curve->start) || curve->before + curve->after < 1)
+    if (!spline->has_loop || spline->pre.has_boundary || spline->post.has_boundary ||
+        !(curve->end > curve->start) || curve->before + curve->after < 1)
         return;
     for (size_t i = 0; i < curve->count; i++) {
         if (curve->knots[i].time == curve->start) {

@@ -159,6 +159,8 @@ static void types_of_numbers(void **state)
     // Knots are rounded to the type before anything is made of them.
     const Sample rounded[] = {{0, 0.099976}, {1, 0.300049}, {3, 0.700195}};
     expect("half", "0: 0.1; post linear,\n3: 0.7; post linear", rounded, 3);
+    const Sample far[] = {{0.5, 0}};
+    expect("float", "0: 16777217; post linear,\n1: -16777216; post linear", far, 1);
     const Sample curve[] = {{1, 1.5}, {2.5, 1.8125}};
     expect("half", "0: 1; post curve (0.5, 1.3),\n3: 2; pre (0.5, 0.7)", curve, 2);
 }
