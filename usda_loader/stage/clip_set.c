@@ -275,34 +275,46 @@ static size_t count_names(const CohortPrim *prim, const char **names)
     return count;
 }
 
-// What clipSets says, else all of them by name.
-static size_t order_names(const CohortPrim *prim, const char **names, size_t count)
+typedef struct NameList {
+    const char *const *names;
+    size_t count;
+} NameList;
+
+static bool known_name(void *context, const CoListOp *op, CoListOpKind kind, size_t i,
+                       CoListItem *out)
 {
-    for (uint32_t i = 0; i < prim->data->opinion_count; i++) {
-        const CoField *field =
-            co_spec_field(prim->data->opinions[i].spec, prim->data->stage->composer.names.clipSets);
-        const CoListOp *op = field ? co_value_list_op(&field->value) : NULL;
-        if (!op || !op->is_explicit)
-            continue;
-        const CohortString *texts = op->list[CO_LIST_EXPLICIT].items;
-        size_t kept = 0;
-        for (size_t j = 0; j < op->list[CO_LIST_EXPLICIT].count; j++)
-            for (size_t k = kept; k < count; k++)
-                if (!strcmp(names[k], texts[j].text)) {
-                    const char *swap = names[kept];
-                    names[kept++] = names[k];
-                    names[k] = swap;
-                    break;
-                }
-        return kept;
-    }
+    const NameList *known = context;
+    const CohortString *text = (const CohortString *)op->list[kind].items + i;
+    for (size_t k = 0; k < known->count; k++)
+        if (!strcmp(known->names[k], text->text)) {
+            out->a = known->names[k];
+            return true;
+        }
+    return false;
+}
+
+// All of them by name, edited by what every opinion of clipSets says.
+static size_t order_names(CoComposer *c, const CohortPrim *prim, const char **names, size_t count)
+{
     for (size_t i = 1; i < count; i++)
         for (size_t j = i; j > 0 && strcmp(names[j], names[j - 1]) < 0; j--) {
             const char *swap = names[j];
             names[j] = names[j - 1];
             names[j - 1] = swap;
         }
-    return count;
+    NameList known = {names, count};
+    CoList list = {0};
+    for (size_t i = 0; i < count; i++)
+        co_list_push(c, &list, (CoListItem){.a = names[i]});
+    for (uint32_t i = prim->data->opinion_count; i-- > 0;) {
+        const CoField *field = co_spec_field(prim->data->opinions[i].spec, c->names.clipSets);
+        const CoListOp *op = field ? co_value_list_op(&field->value) : NULL;
+        if (op)
+            co_list_apply(c, &list, op, known_name, &known);
+    }
+    for (size_t i = 0; i < list.count; i++)
+        names[i] = list.items[i].a;
+    return list.count;
 }
 
 const CoClips *co_clips_compose(CohortStage *stage, const CohortPrim *prim)
@@ -313,7 +325,7 @@ const CoClips *co_clips_compose(CohortStage *stage, const CohortPrim *prim)
         return outer;
     CoComposer *c = &stage->composer;
     const char **names = co_composer_array(c, most, sizeof *names);
-    size_t count = order_names(prim, names, count_names(prim, names));
+    size_t count = order_names(c, prim, names, count_names(prim, names));
     CoClips *clips = co_composer_alloc(c, sizeof *clips);
     *clips = (CoClips){prim, outer, co_composer_array(c, count, sizeof *clips->sets), 0};
     for (size_t i = 0; i < count; i++)
