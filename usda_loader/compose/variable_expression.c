@@ -1,8 +1,8 @@
 // Variable expressions: `"${NAME}/rest"` between backquotes, in asset paths and variant selections.
 //
 // Read are strings in either kind of quotes with ${NAME} in them, a bare ${NAME}, and the functions
-// if, and, or, not, eq, neq, lt, leq, gt, geq, contains, at, len, defined over strings, integers
-// and booleans. Lists and anything else are refused by name.
+// if, and, or, not, eq, neq, lt, leq, gt, geq, contains, at, len, defined over strings, integers,
+// booleans and lists of one of these. Anything else is refused by name.
 
 #include "compose/composer.h"
 #include "compose/fields.h"
@@ -15,13 +15,16 @@ typedef enum CoTermKind {
     CO_TERM_NONE = 0,
     CO_TERM_STRING,
     CO_TERM_INT,
-    CO_TERM_BOOL
+    CO_TERM_BOOL,
+    CO_TERM_LIST
 } CoTermKind;
 
 typedef struct CoTerm {
     CoTermKind kind;
     const char *text;
-    int64_t number; // also for booleans
+    int64_t number;             // also for booleans
+    const struct CoTerm *items; // of a list: `count` of one kind, none of them a list
+    size_t count;
 } CoTerm;
 
 #define MAX_ARGUMENTS 16
@@ -87,14 +90,35 @@ static const CoValue *find_variable(const CoExpression *x, const char *name, siz
     return NULL;
 }
 
+static CoTerm array_term(CoExpression *x, const CoValue *value)
+{
+    CoTerm *items = co_composer_array(x->c, value->count, sizeof *items);
+    for (size_t i = 0; i < value->count; i++) {
+        if (value->type == COHORT_TYPE_STRING)
+            items[i] = (CoTerm){.kind = CO_TERM_STRING,
+                                .text = ((const CohortString *)value->data)[i].text};
+        else if (value->type == COHORT_TYPE_BOOL)
+            items[i] = (CoTerm){.kind = CO_TERM_BOOL, .number = ((const uint8_t *)value->data)[i]};
+        else if (value->type == COHORT_TYPE_INT)
+            items[i] = (CoTerm){.kind = CO_TERM_INT, .number = ((const int32_t *)value->data)[i]};
+        else if (value->type == COHORT_TYPE_INT64)
+            items[i] = (CoTerm){.kind = CO_TERM_INT, .number = ((const int64_t *)value->data)[i]};
+        else
+            return fail(x, "a variable holds other than strings, integers or booleans");
+    }
+    return (CoTerm){.kind = CO_TERM_LIST, .items = items, .count = value->count};
+}
+
 static CoTerm value_term(CoExpression *x, const CoValue *value)
 {
+    if (value->is_array)
+        return array_term(x, value);
     const CohortString *text = co_value_text(value);
     double number;
     if (text) {
         size_t n = text->length;
         if (n < 2 || text->text[0] != '`' || text->text[n - 1] != '`')
-            return (CoTerm){CO_TERM_STRING, text->text, 0};
+            return (CoTerm){.kind = CO_TERM_STRING, .text = text->text};
         char *inner = co_arena_string(&x->c->arena, text->text + 1, n - 2);
         co_composer_need(x->c, inner);
         return evaluate_nested(x, inner);
@@ -103,8 +127,8 @@ static CoTerm value_term(CoExpression *x, const CoValue *value)
         return (CoTerm){0};
     if (!co_value_double(value, &number))
         return fail(x, "a variable is neither string, integer nor boolean");
-    return (CoTerm){value->type == COHORT_TYPE_BOOL ? CO_TERM_BOOL : CO_TERM_INT, NULL,
-                    (int64_t)number};
+    return (CoTerm){.kind = value->type == COHORT_TYPE_BOOL ? CO_TERM_BOOL : CO_TERM_INT,
+                    .number = (int64_t)number};
 }
 
 // After "${". Within a string an unknown variable stays as it is written.
@@ -171,12 +195,12 @@ static CoTerm parse_string(CoExpression *x, char quote)
     if (x->at >= x->end)
         return fail(x, "a string has no end");
     x->at++;
-    return (CoTerm){CO_TERM_STRING, text.bytes, 0};
+    return (CoTerm){.kind = CO_TERM_STRING, .text = text.bytes};
 }
 
 static CoTerm truth(bool is_true)
 {
-    return (CoTerm){CO_TERM_BOOL, NULL, is_true};
+    return (CoTerm){.kind = CO_TERM_BOOL, .number = is_true};
 }
 
 static bool is_call(const char *name, size_t length, const char *wanted)
@@ -188,6 +212,8 @@ static CoTerm compare(CoExpression *x, const char *name, size_t length, const Co
 {
     if (a[0].kind != a[1].kind)
         return fail(x, "two values of different types are compared");
+    if (a[0].kind == CO_TERM_LIST)
+        return fail(x, "lists are compared");
     int order = a[0].kind == CO_TERM_STRING
                     ? strcmp(a[0].text, a[1].text)
                     : (a[0].number > a[1].number) - (a[0].number < a[1].number);
@@ -204,11 +230,50 @@ static CoTerm compare(CoExpression *x, const char *name, size_t length, const Co
     return truth(order >= 0);
 }
 
+static size_t series_length(const CoTerm *series)
+{
+    return series->kind == CO_TERM_LIST ? series->count : strlen(series->text);
+}
+
+static CoTerm contains(CoExpression *x, const CoTerm *series, const CoTerm *wanted)
+{
+    if (series->kind == CO_TERM_STRING)
+        return wanted->kind == CO_TERM_STRING ? truth(strstr(series->text, wanted->text) != NULL)
+                                              : fail(x, "contains() looks for a string");
+    bool found = false;
+    for (size_t i = 0; i < series->count && !found; i++) {
+        const CoTerm *item = &series->items[i];
+        if (item->kind != wanted->kind)
+            return fail(x, "contains() looks for what its list does not hold");
+        found = item->kind == CO_TERM_STRING ? !strcmp(item->text, wanted->text)
+                                             : item->number == wanted->number;
+    }
+    return truth(found);
+}
+
+// Indices below zero count from the end.
+static CoTerm element(CoExpression *x, const CoTerm *series, const CoTerm *index)
+{
+    int64_t length = (int64_t)series_length(series), i = index->number;
+    if (index->kind != CO_TERM_INT)
+        return fail(x, "the index of at() is no integer");
+    if (i < -length || i >= length)
+        return fail(x, "the index of at() is out of range");
+    size_t at = (size_t)(i < 0 ? i + length : i);
+    if (series->kind == CO_TERM_LIST)
+        return series->items[at];
+    char *text = co_arena_string(&x->c->arena, series->text + at, 1);
+    co_composer_need(x->c, text);
+    return (CoTerm){.kind = CO_TERM_STRING, .text = text};
+}
+
 static CoTerm call(CoExpression *x, const char *name, size_t length, const CoTerm *a, size_t count)
 {
     if (is_call(name, length, "if") && (count == 2 || count == 3)) {
         if (a[0].kind != CO_TERM_BOOL)
             return fail(x, "the condition of if() is no boolean");
+        if (count == 3 && a[1].kind != a[2].kind && a[1].kind && a[2].kind)
+            return fail(x, "the values of if() are of different types");
         return a[0].number ? a[1] : count == 3 ? a[2] : (CoTerm){0};
     }
     if ((is_call(name, length, "and") || is_call(name, length, "or")) && count >= 2) {
@@ -223,16 +288,44 @@ static CoTerm call(CoExpression *x, const char *name, size_t length, const CoTer
     }
     if (is_call(name, length, "not") && count == 1)
         return a[0].kind == CO_TERM_BOOL ? truth(!a[0].number) : fail(x, "not() takes a boolean");
-    if (is_call(name, length, "len") && count == 1 && a[0].kind == CO_TERM_STRING)
-        return (CoTerm){CO_TERM_INT, NULL, (int64_t)strlen(a[0].text)};
-    if (is_call(name, length, "contains") && count == 2 && a[0].kind == CO_TERM_STRING &&
-        a[1].kind == CO_TERM_STRING)
-        return truth(strstr(a[0].text, a[1].text) != NULL);
+    bool is_series = count && (a[0].kind == CO_TERM_STRING || a[0].kind == CO_TERM_LIST);
+    if (is_call(name, length, "len") && count == 1 && is_series)
+        return (CoTerm){.kind = CO_TERM_INT, .number = (int64_t)series_length(a)};
+    if (is_call(name, length, "contains") && count == 2 && is_series)
+        return contains(x, &a[0], &a[1]);
+    if (is_call(name, length, "at") && count == 2 && is_series)
+        return element(x, &a[0], &a[1]);
     static const char *const comparisons[] = {"eq", "neq", "lt", "leq", "gt", "geq"};
     for (size_t i = 0; i < 6 && count == 2; i++)
         if (is_call(name, length, comparisons[i]))
             return compare(x, name, length, a);
     return fail(x, "a function or its arguments are not known");
+}
+
+// After "[": the items of a list, separated by commas.
+static CoTerm parse_list(CoExpression *x)
+{
+    CoTerm *items = NULL;
+    size_t count = 0, capacity = 0;
+    while (!take(x, ']')) {
+        if (count && !take(x, ','))
+            return fail(x, "a list has no end");
+        if (count == capacity) {
+            CoTerm *grown = co_composer_array(x->c, 2 * capacity + 4, sizeof *grown);
+            if (count)
+                memcpy(grown, items, count * sizeof *grown);
+            items = grown;
+            capacity = 2 * capacity + 4;
+        }
+        items[count] = parse_term(x);
+        if (x->why)
+            return (CoTerm){0};
+        if (items[count].kind == CO_TERM_NONE || items[count].kind == CO_TERM_LIST ||
+            items[count].kind != items[0].kind)
+            return fail(x, "a list holds other than strings, integers or booleans of one kind");
+        count++;
+    }
+    return (CoTerm){.kind = CO_TERM_LIST, .items = items, .count = count};
 }
 
 static CoTerm parse_call(CoExpression *x, const char *name, size_t length)
@@ -272,6 +365,8 @@ static CoTerm parse_term(CoExpression *x)
         term = parse_variable(x, &is_known);
         if (!x->why && !is_known)
             term = fail(x, "it names a variable that has no value");
+    } else if (take(x, '[')) {
+        term = parse_list(x);
     } else {
         const char *start = x->at;
         if (*x->at == '-')
@@ -286,7 +381,7 @@ static CoTerm parse_term(CoExpression *x)
         else if (is_call(start, length, "None") || is_call(start, length, "none"))
             term = (CoTerm){0};
         else if (length && (*start == '-' || (*start >= '0' && *start <= '9')))
-            term = (CoTerm){CO_TERM_INT, NULL, strtoll(start, NULL, 10)};
+            term = (CoTerm){.kind = CO_TERM_INT, .number = strtoll(start, NULL, 10)};
         else if (length && take(x, '('))
             term = parse_call(x, start, length);
         else
