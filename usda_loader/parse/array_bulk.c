@@ -5,7 +5,6 @@
 // next begins, one loop over the text would have read the same; the first that does not says where
 // that loop had stopped.
 
-#include "base/mapped_file.h"
 #include "base/parallel.h"
 #include "parse/array.h"
 
@@ -194,10 +193,6 @@ static void read_blocks(void *context, size_t begin, size_t end, uint32_t worker
         block->at = run.at;
         block->count = run.count;
     }
-    // Not block by block: each time the other threads are interrupted.
-    const Block *last = &bulk->blocks[end - 1];
-    if (p->is_mapped && last->expected)
-        co_mapped_file_release(bulk->blocks[begin].text, last->at);
 }
 
 // How far one loop over the text would have come.
