@@ -15,23 +15,6 @@ enum {
     MAX_PROTOTYPE = 1 << 24
 };
 
-// Makes room for one more element; false when out of memory.
-static bool grow_array(void **array, size_t count, size_t *capacity, size_t size)
-{
-    if (count < *capacity)
-        return true;
-    size_t wanted = *capacity ? *capacity * 2 : 16;
-    size_t bytes;
-    if (!co_size_mul(wanted, size, &bytes))
-        return false;
-    void *bigger = co_realloc(CO_MEMORY_DELEGATE, *array, *capacity * size, bytes);
-    if (!bigger)
-        return false;
-    *array = bigger;
-    *capacity = wanted;
-    return true;
-}
-
 // ---- Create and destroy ------------------------------------------------------------------------
 
 CohortRenderIndex *cohort_render_index_create(CohortDelegate *delegate, CohortError *err)
@@ -42,8 +25,8 @@ CohortRenderIndex *cohort_render_index_create(CohortDelegate *delegate, CohortEr
     CO_CHECK_NULL(index, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     index->delegate = delegate;
     index->scene = cohort_scene_create(err);
-    if (!index->scene || !grow_array((void **)&index->containers, 0, &index->container_capacity,
-                                     sizeof *index->containers)) {
+    if (!index->scene || !co_grow(CO_MEMORY_DELEGATE, (void **)&index->containers, 0,
+                                  &index->container_capacity, sizeof *index->containers)) {
         co_index_destroy(index);
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
         return NULL;
@@ -104,8 +87,8 @@ uint32_t co_index_container_find(const CohortRenderIndex *index, const char *ins
 
 static uint32_t add_container(CohortRenderIndex *index, const char *key)
 {
-    if (!grow_array((void **)&index->containers, index->container_count, &index->container_capacity,
-                    sizeof *index->containers))
+    if (!co_grow(CO_MEMORY_DELEGATE, (void **)&index->containers, index->container_count,
+                 &index->container_capacity, sizeof *index->containers))
         return COHORT_INVALID_ID;
     uint32_t object = cohort_scene_new_object(index->scene, NULL);
     uint32_t place = (uint32_t)index->container_count;
@@ -183,10 +166,10 @@ static CoPrim *new_prim(CohortPrimType type, const char *path, const CohortScene
 // Puts a new prim into the arrays; nothing has changed when it fails.
 static bool add_prim(CohortRenderIndex *index, CoPrim *prim)
 {
-    if (!grow_array((void **)&index->prims, index->prim_count, &index->prim_capacity,
-                    sizeof *index->prims) ||
-        !grow_array((void **)&index->mesh_places, index->mesh_count, &index->mesh_capacity,
-                    sizeof *index->mesh_places) ||
+    if (!co_grow(CO_MEMORY_DELEGATE, (void **)&index->prims, index->prim_count,
+                 &index->prim_capacity, sizeof *index->prims) ||
+        !co_grow(CO_MEMORY_DELEGATE, (void **)&index->mesh_places, index->mesh_count,
+                 &index->mesh_capacity, sizeof *index->mesh_places) ||
         !co_string_map_set(&index->paths, prim->path, (uint32_t)index->prim_count))
         return false;
     if (prim->type == COHORT_PRIM_MESH) {

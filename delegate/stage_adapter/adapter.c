@@ -322,8 +322,8 @@ static bool instances_vary(const CohortAdapter *a, uint32_t within)
     for (size_t i = 0; i < a->placement_count; i++) {
         CoPlace place = {a->placements[i].prim, a->placements[i].within};
         if (place.prototype == within &&
-            (co_place_transform_varies(a, place) || co_place_visibility_varies(a, place) ||
-             co_primvars_vary(a, place)))
+            (co_place_varies(a, place, "xformOp:") || co_place_varies(a, place, "visibility") ||
+             co_place_varies(a, place, "primvars:")))
             return true;
     }
     return false;
@@ -342,12 +342,12 @@ static uint32_t varying_bits(const CohortAdapter *a, const CoRecord *record)
     CoPlace place = {record->prim, record->prototype};
     uint32_t bits = sampled_bits(record->prim);
     if (record->kind == CO_RECORD_MESH) {
-        bits |= co_primvars_vary(a, place) ? COHORT_DIRTY_PRIMVAR : 0;
+        bits |= co_place_varies(a, place, "primvars:") ? COHORT_DIRTY_PRIMVAR : 0;
         bits |= subsets_vary(record->prim) ? COHORT_DIRTY_TOPOLOGY : 0;
     }
-    if (co_place_transform_varies(a, place))
+    if (co_place_varies(a, place, "xformOp:"))
         bits |= COHORT_DIRTY_TRANSFORM;
-    if (co_place_visibility_varies(a, place))
+    if (co_place_varies(a, place, "visibility"))
         bits |= COHORT_DIRTY_VISIBILITY;
     return bits;
 }

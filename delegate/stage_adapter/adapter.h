@@ -109,9 +109,8 @@ bool co_place_is_visible(const CohortAdapter *adapter, CoPlace place);
 // The same through all prototypes up to the world: for lights.
 bool co_place_is_visible_in_world(const CohortAdapter *adapter, CoPlace place);
 
-// Whether transform (or visibility) of the place changes over time.
-bool co_place_transform_varies(const CohortAdapter *adapter, CoPlace place);
-bool co_place_visibility_varies(const CohortAdapter *adapter, CoPlace place);
+// Whether an attribute whose name begins so has time samples at the place or above it.
+bool co_place_varies(const CohortAdapter *adapter, CoPlace place, const char *prefix);
 
 // ---- Bindings (binding.c) ----------------------------------------------------------------------
 
@@ -161,9 +160,6 @@ const char *co_record_material(CohortAdapter *adapter, CoPlace from, const char 
 void co_adapter_report(const CohortAdapter *adapter, const CohortPrim *prim, const char *name,
                        const char *value, const char *action);
 
-// Makes room for one more element of a list; false when out of memory.
-bool co_adapter_grow(void **array, size_t count, size_t *capacity, size_t size);
-
 bool co_is_light_type(const char *type);
 
 // ---- What the index pulls ----------------------------------------------------------------------
@@ -181,9 +177,6 @@ bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMa
 // Primvars of a mesh that something reads, its own and the constant ones it inherits.
 bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull *pull,
                       CohortMeshSource *out, CohortError *err);
-
-// Whether a primvar of the place or above it changes over time.
-bool co_primvars_vary(const CohortAdapter *adapter, CoPlace place);
 
 // A constant displayColor of the place or above it.
 bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color[3]);

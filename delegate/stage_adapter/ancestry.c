@@ -81,30 +81,16 @@ bool co_place_is_visible_in_world(const CohortAdapter *adapter, CoPlace place)
     return is_visible_to(adapter, place, co_place_up);
 }
 
-static bool is_sampled(const CohortPrim *prim, const char *name)
-{
-    const double *times;
-    return cohort_prim_time_samples(prim, name, &times) > 0;
-}
-
-bool co_place_transform_varies(const CohortAdapter *adapter, CoPlace place)
+bool co_place_varies(const CohortAdapter *adapter, CoPlace place, const char *prefix)
 {
     do {
         size_t count = cohort_prim_property_count(place.prim);
         for (size_t i = 0; i < count; i++) {
             const char *name = cohort_prim_property_name(place.prim, i);
-            if (co_starts_with(name, "xformOp:") && is_sampled(place.prim, name))
+            const double *times;
+            if (co_starts_with(name, prefix) && cohort_prim_time_samples(place.prim, name, &times))
                 return true;
         }
-    } while (co_place_up(adapter, &place));
-    return false;
-}
-
-bool co_place_visibility_varies(const CohortAdapter *adapter, CoPlace place)
-{
-    do {
-        if (is_sampled(place.prim, "visibility"))
-            return true;
     } while (co_place_up(adapter, &place));
     return false;
 }

@@ -171,22 +171,3 @@ bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color
     } while (co_place_up(adapter, &place) && place.prototype == within);
     return false;
 }
-
-static bool is_sampled(const CohortPrim *prim, const char *name)
-{
-    const double *times;
-    return cohort_prim_time_samples(prim, name, &times) > 0;
-}
-
-bool co_primvars_vary(const CohortAdapter *adapter, CoPlace place)
-{
-    do {
-        size_t count = cohort_prim_property_count(place.prim);
-        for (size_t i = 0; i < count; i++) {
-            const char *name = cohort_prim_property_name(place.prim, i);
-            if (co_starts_with(name, prefix) && is_sampled(place.prim, name))
-                return true;
-        }
-    } while (co_place_up(adapter, &place));
-    return false;
-}

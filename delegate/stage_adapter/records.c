@@ -5,21 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-bool co_adapter_grow(void **array, size_t count, size_t *capacity, size_t size)
-{
-    if (count < *capacity)
-        return true;
-    size_t wanted = *capacity ? *capacity * 2 : 16, bytes;
-    if (!co_size_mul(wanted, size, &bytes))
-        return false;
-    void *bigger = co_realloc(CO_MEMORY_DELEGATE, *array, *capacity * size, bytes);
-    if (!bigger)
-        return false;
-    *array = bigger;
-    *capacity = wanted;
-    return true;
-}
-
 void co_adapter_report(const CohortAdapter *adapter, const CohortPrim *prim, const char *name,
                        const char *value, const char *action)
 {
@@ -49,8 +34,8 @@ CoRecord *co_record_add(CohortAdapter *adapter, const CoRecord *record, CohortPr
     const char *path = free_path(adapter, record->path);
     uint32_t place = (uint32_t)adapter->record_count;
     bool ok = path &&
-              co_adapter_grow((void **)&adapter->records, adapter->record_count,
-                              &adapter->record_capacity, sizeof *adapter->records) &&
+              co_grow(CO_MEMORY_DELEGATE, (void **)&adapter->records, adapter->record_count,
+                      &adapter->record_capacity, sizeof *adapter->records) &&
               co_string_map_set(&adapter->paths, path, place);
     CO_CHECK_NULL(ok, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     bool is_placed = type == COHORT_PRIM_MESH || type == COHORT_PRIM_INSTANCER;

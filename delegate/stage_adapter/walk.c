@@ -115,8 +115,8 @@ static uint32_t add_prototype(Walk *walk, const CoPrototype *prototype, const ch
 {
     CohortAdapter *a = walk->adapter;
     uint32_t number = (uint32_t)a->prototype_count;
-    bool ok = co_adapter_grow((void **)&a->prototypes, a->prototype_count, &a->prototype_capacity,
-                              sizeof *a->prototypes) &&
+    bool ok = co_grow(CO_MEMORY_DELEGATE, (void **)&a->prototypes, a->prototype_count,
+                      &a->prototype_capacity, sizeof *a->prototypes) &&
               (!key || co_string_map_set(&a->prototype_keys, key, number));
     if (!ok) {
         CO_FAIL(walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
@@ -265,8 +265,8 @@ static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
     placement.prototype = native_prototype(walk, place, purpose);
     if (placement.prototype == COHORT_INVALID_ID)
         return false;
-    CO_CHECK(co_adapter_grow((void **)&a->placements, a->placement_count, &a->placement_capacity,
-                             sizeof *a->placements),
+    CO_CHECK(co_grow(CO_MEMORY_DELEGATE, (void **)&a->placements, a->placement_count,
+                     &a->placement_capacity, sizeof *a->placements),
              walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     a->placements[a->placement_count++] = placement;
     if (place.prototype == CO_WORLD && has_lights(a, place.prim) && !walk_lights(walk, place))
@@ -361,8 +361,8 @@ static bool add_camera(Walk *walk, CoPlace place)
                        .path = cohort_prim_path(place.prim),
                        .prim = place.prim,
                        .prototype = CO_WORLD};
-    CO_CHECK(co_adapter_grow((void **)&a->cameras, a->camera_count, &a->camera_capacity,
-                             sizeof *a->cameras),
+    CO_CHECK(co_grow(CO_MEMORY_DELEGATE, (void **)&a->cameras, a->camera_count, &a->camera_capacity,
+                     sizeof *a->cameras),
              walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     a->cameras[a->camera_count++] = record.path;
     return co_record_add(a, &record, COHORT_PRIM_CAMERA, walk->err) != NULL;

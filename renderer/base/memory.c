@@ -96,6 +96,21 @@ void *co_realloc(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
     return moved;
 }
 
+bool co_grow(CoMemoryTag tag, void **array, size_t count, size_t *capacity, size_t size)
+{
+    if (count < *capacity)
+        return true;
+    size_t wanted, bytes;
+    if (!co_size_mul(*capacity, 2, &wanted) || !co_size_mul(wanted ? wanted : 16, size, &bytes))
+        return false;
+    void *bigger = co_realloc(tag, *array, *capacity * size, bytes);
+    if (!bigger)
+        return false;
+    *array = bigger;
+    *capacity = wanted ? wanted : 16;
+    return true;
+}
+
 size_t co_memory_live(CoMemoryTag tag)
 {
     return atomic_load(&tally[tag].live);

@@ -41,6 +41,10 @@ static inline bool co_size_mul(size_t a, size_t b, size_t *out)
     return !__builtin_mul_overflow(a, b, out);
 }
 
+// Makes room for one more than `count` elements of `size` bytes in an array that has room for *capacity;
+// a NULL one of capacity 0 is begun. False without memory: nothing has changed then.
+bool co_grow(CoMemoryTag tag, void **array, size_t count, size_t *capacity, size_t size);
+
 size_t co_memory_live(CoMemoryTag tag); // bytes now
 size_t co_memory_peak(CoMemoryTag tag); // most bytes at any time
 

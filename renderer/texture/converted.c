@@ -110,6 +110,27 @@ static void linearize(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+CoTextureColor co_texture_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
+                                bool auto_is_raw)
+{
+    CoTextureColor color = {.space = "sRGB", .options = options};
+    switch (desc->color_space) {
+    case COHORT_COLOR_RAW:
+        color.is_raw = true;
+        break;
+    case COHORT_COLOR_SRGB:
+        break;
+    case COHORT_COLOR_NAMED:
+        color.space = desc->color_space_name ? desc->color_space_name : "";
+        color.is_raw = strcmp(color.space, "raw") == 0;
+        break;
+    case COHORT_COLOR_AUTO:
+        color.is_raw = auto_is_raw;
+        break;
+    }
+    return color;
+}
+
 bool co_texture_to_linear(const CoTextureColor *color, float *pixels, size_t count,
                           uint32_t channels, CohortError *err)
 {

@@ -14,6 +14,10 @@ typedef struct CoTextureColor {
     const CoTexturesOptions *options;
 } CoTextureColor;
 
+// The colors of a texture as its description has them; `auto_is_raw` decides for COHORT_COLOR_AUTO.
+CoTextureColor co_texture_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
+                                bool auto_is_raw);
+
 // Converts `count` pixels of `channels` floats in place: one is gray, two are gray and alpha, three
 // are RGB, and from the fourth on nothing is color. What is not finite becomes 0. False when the
 // color space is unknown.

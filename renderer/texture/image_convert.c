@@ -30,34 +30,26 @@ static bool png_is_srgb(const char *path)
     return found;
 }
 
+// What a file says of itself when nobody else does.
+static bool holds_data(const char *path, const CoOiioInfo *info)
+{
+    bool is_byte_color = info->is_8bit && info->channels >= 3;
+    // What OpenImageIO says of these two is a guess from the format.
+    if (strcmp(info->format, "png") == 0)
+        return !is_byte_color && !png_is_srgb(path);
+    if (strcmp(info->format, "jpeg") == 0 || info->color_space[0] == 0)
+        return !is_byte_color;
+    if (strcmp(info->color_space, "sRGB") == 0)
+        return false;
+    return !is_byte_color || strncasecmp(info->color_space, "lin", 3) == 0 ||
+           strncasecmp(info->color_space, "scene_lin", 9) == 0;
+}
+
 CoTextureColor co_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                               const char *path, const CoOiioInfo *info)
 {
-    CoTextureColor color = {.space = "sRGB", .options = options};
-    bool is_byte_color = info->is_8bit && info->channels >= 3;
-    // What OpenImageIO says of these two is a guess from the format.
-    bool is_png = strcmp(info->format, "png") == 0, is_jpeg = strcmp(info->format, "jpeg") == 0;
-    switch (desc->color_space) {
-    case COHORT_COLOR_RAW:
-        color.is_raw = true;
-        break;
-    case COHORT_COLOR_SRGB:
-        break;
-    case COHORT_COLOR_NAMED:
-        color.space = desc->color_space_name ? desc->color_space_name : "";
-        color.is_raw = strcmp(color.space, "raw") == 0;
-        break;
-    case COHORT_COLOR_AUTO:
-        if (is_png)
-            color.is_raw = !is_byte_color && !png_is_srgb(path);
-        else if (is_jpeg || info->color_space[0] == 0)
-            color.is_raw = !is_byte_color;
-        else if (strcmp(info->color_space, "sRGB") != 0)
-            color.is_raw = !is_byte_color || strncasecmp(info->color_space, "lin", 3) == 0 ||
-                           strncasecmp(info->color_space, "scene_lin", 9) == 0;
-        break;
-    }
-    return color;
+    bool is_auto = desc->color_space == COHORT_COLOR_AUTO;
+    return co_texture_color(options, desc, is_auto && holds_data(path, info));
 }
 
 CohortWrap co_image_wrap(CohortWrap wanted, const char *metadata)

@@ -10,22 +10,8 @@
 CoTextureColor co_ptex_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                              const CoPtexFile *file)
 {
-    CoTextureColor color = {.space = "sRGB", .options = options};
-    switch (desc->color_space) {
-    case COHORT_COLOR_RAW:
-        color.is_raw = true;
-        break;
-    case COHORT_COLOR_SRGB:
-        break;
-    case COHORT_COLOR_NAMED:
-        color.space = desc->color_space_name ? desc->color_space_name : "";
-        color.is_raw = strcmp(color.space, "raw") == 0;
-        break;
-    case COHORT_COLOR_AUTO:
-        color.is_raw = file->type != CO_PTEX_U8 || file->channels < 3 || file->channels > 4;
-        break;
-    }
-    return color;
+    bool is_color = file->type == CO_PTEX_U8 && file->channels >= 3 && file->channels <= 4;
+    return co_texture_color(options, desc, !is_color);
 }
 
 // Order of channels in the converted file: colors first, then alpha, then the rest; at most the

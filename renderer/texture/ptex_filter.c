@@ -284,12 +284,7 @@ static void build_kernel(CoPtexKernel *kernel, const CoPtexFace *face, CoPtexFil
     const float width[2] = {0.5f * (uw * query->width + 2 * query->blur),
                             0.5f * (vw * query->width + 2 * query->blur)};
     build(kernel, kind, at, width, (const int[2]){face->ulog2 + 1, face->vlog2 + 1});
-    if (kernel->ulog2 == 0)
-        co_ptex_refine_u(kernel);
-    if (kernel->vlog2 == 0)
-        co_ptex_refine_v(kernel);
-    kernel->ulog2--;
-    kernel->vlog2--;
+    co_ptex_to_quarter(kernel);
 }
 
 static float finite_or_zero(float x)

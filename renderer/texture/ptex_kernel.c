@@ -232,7 +232,7 @@ void co_ptex_coarsen_v(CoPtexKernel *kernel)
     coarsen(axis_v(kernel));
 }
 
-bool co_ptex_to_subface(CoPtexKernel *kernel, int edge)
+void co_ptex_to_quarter(CoPtexKernel *kernel)
 {
     if (kernel->ulog2 == 0)
         co_ptex_refine_u(kernel);
@@ -240,6 +240,11 @@ bool co_ptex_to_subface(CoPtexKernel *kernel, int edge)
         co_ptex_refine_v(kernel);
     kernel->ulog2--;
     kernel->vlog2--;
+}
+
+bool co_ptex_to_subface(CoPtexKernel *kernel, int edge)
+{
+    co_ptex_to_quarter(kernel);
     int side_u = 1 << kernel->ulog2, side_v = 1 << kernel->vlog2;
     bool is_primary;
     switch (edge & 3) {

@@ -46,6 +46,9 @@ void co_ptex_refine_v(CoPtexKernel *kernel);
 void co_ptex_coarsen_u(CoPtexKernel *kernel); // to half of it
 void co_ptex_coarsen_v(CoPtexKernel *kernel);
 
+// From a face to a quarter of it: the same texels, which are half the resolution there.
+void co_ptex_to_quarter(CoPtexKernel *kernel);
+
 // From a face to half-size sub-faces across `edge`; true when it lands in the primary one.
 bool co_ptex_to_subface(CoPtexKernel *kernel, int edge);
 void co_ptex_to_main(CoPtexKernel *kernel, int edge);

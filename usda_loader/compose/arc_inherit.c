@@ -3,15 +3,6 @@
 
 #include "compose/prim_index.h"
 
-static bool has_class_child(const CoGraph *graph, uint32_t node)
-{
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
-         i = graph->nodes[i].next_sibling)
-        if (co_arc_is_class(graph->nodes[i].link->kind))
-            return true;
-    return false;
-}
-
 // The node that starts a chain of class arcs authored at one depth, and the chain's first class.
 static void hierarchy_start(const CoGraph *graph, uint32_t node, uint32_t *instance,
                             uint32_t *class)
@@ -184,7 +175,7 @@ static void imply_child(CoIndexer *indexer, uint32_t dest, uint32_t child, const
                          .sibling = link->sibling};
         made = add_class(indexer, arc, indexer->graph.nodes[child].site, NULL);
     }
-    if (made == CO_NO_NODE || !has_class_child(&indexer->graph, child))
+    if (made == CO_NO_NODE || !co_node_has_class_child(&indexer->graph, child))
         return;
     const CoMap *inner = co_composer_need(c, co_map_compose(&c->paths, transfer, link->to_parent));
     const CoMap *down = co_composer_need(c, co_map_inverse(&c->paths, map));
@@ -226,7 +217,7 @@ static void imply_tree(CoIndexer *indexer, uint32_t dest, uint32_t source, const
 void co_arc_implied_classes(CoIndexer *indexer, uint32_t node)
 {
     const CoNode *n = &indexer->graph.nodes[node];
-    if (n->parent == CO_NO_NODE || !has_class_child(&indexer->graph, node))
+    if (n->parent == CO_NO_NODE || !co_node_has_class_child(&indexer->graph, node))
         return;
     const CoMap *transfer = co_map_with_root(&indexer->c->paths, n->link->to_parent);
     imply_tree(indexer, n->parent, node, co_composer_need(indexer->c, transfer), true);

@@ -53,6 +53,15 @@ const CoPath *co_node_path_at_arc(const CoGraph *graph, uint32_t node)
     return path;
 }
 
+bool co_node_has_class_child(const CoGraph *graph, uint32_t node)
+{
+    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
+         i = graph->nodes[i].next_sibling)
+        if (co_arc_is_class(graph->nodes[i].link->kind))
+            return true;
+    return false;
+}
+
 void co_graph_make_inert(CoGraph *graph, uint32_t node, bool with_restriction)
 {
     CoNode *n = &graph->nodes[node];

@@ -99,6 +99,9 @@ static inline bool co_arc_is_class(CoArcKind kind)
     return kind == CO_ARC_INHERIT || kind == CO_ARC_SPECIALIZE;
 }
 
+// Whether an inherit or specialize arc leads from the node.
+bool co_node_has_class_child(const CoGraph *graph, uint32_t node);
+
 // All nodes, strongest first; specializes come after everything else. `out` has graph->count
 // elements.
 void co_graph_order(CoComposer *c, const CoGraph *graph, uint32_t from, uint32_t *out,

@@ -50,15 +50,6 @@ CoArcKind co_indexer_node_kind(const CoIndexer *indexer, uint32_t node)
 }
 
 // ---- Which tasks a node brings ------------------------------------------------------------------
-static bool has_class_child(const CoGraph *graph, uint32_t node)
-{
-    for (uint32_t i = graph->nodes[node].first_child; i != CO_NO_NODE;
-         i = graph->nodes[i].next_sibling)
-        if (co_arc_is_class(graph->nodes[i].link->kind))
-            return true;
-    return false;
-}
-
 static void add_own_tasks(CoIndexer *indexer, uint32_t node, bool skip_expressed,
                           bool ancestral_variants)
 {
@@ -102,7 +93,7 @@ static void add_arc_tasks(CoIndexer *indexer, uint32_t node, bool has_ancestors)
         uint32_t start = co_arc_class_start(indexer, node);
         if (start != CO_NO_NODE)
             co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_CLASSES, .node = start});
-    } else if (has_class_child(&indexer->graph, node)) {
+    } else if (co_node_has_class_child(&indexer->graph, node)) {
         co_indexer_add_task(indexer, (CoTask){.kind = CO_TASK_IMPLIED_CLASSES, .node = node});
     }
     add_tree_tasks(indexer, node, has_ancestors, has_ancestors);

@@ -1,0 +1,129 @@
+// The heap: what is counted, what sizes are refused, growing, and failure on purpose.
+
+#include "base/memory.h"
+
+#include <string.h>
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+static void blocks_are_counted_by_tag(void **state)
+{
+    (void)state;
+    size_t light = co_memory_live(CO_MEMORY_LIGHT), film = co_memory_live(CO_MEMORY_FILM);
+    unsigned char *block = co_alloc_zero(CO_MEMORY_LIGHT, 1000);
+    assert_int_equal((uintptr_t)block % 64, 0);
+    assert_int_equal(block[0] | block[999], 0);
+    assert_int_equal(co_memory_live(CO_MEMORY_LIGHT), light + 1000);
+    assert_int_equal(co_memory_live(CO_MEMORY_FILM), film);
+    co_free(CO_MEMORY_LIGHT, block, 1000);
+    assert_int_equal(co_memory_live(CO_MEMORY_LIGHT), light);
+    assert_true(co_memory_peak(CO_MEMORY_LIGHT) >= light + 1000);
+    co_free(CO_MEMORY_LIGHT, NULL, 1000);
+    assert_int_equal(co_memory_live(CO_MEMORY_LIGHT), light);
+}
+
+static void sizes_that_cannot_be_are_refused(void **state)
+{
+    (void)state;
+    const size_t sizes[] = {0, SIZE_MAX, SIZE_MAX / 2 + 1};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        assert_null(co_alloc(CO_MEMORY_BASE, sizes[i]));
+        assert_null(co_alloc_zero(CO_MEMORY_BASE, sizes[i]));
+    }
+    size_t out = 7;
+    assert_false(co_size_mul(SIZE_MAX / 2, 3, &out));
+    assert_true(co_size_mul(SIZE_MAX, 0, &out));
+    assert_int_equal(out, 0);
+}
+
+static void moved_blocks_keep_what_fits(void **state)
+{
+    (void)state;
+    size_t live = co_memory_live(CO_MEMORY_BASE);
+    char *text = co_realloc(CO_MEMORY_BASE, NULL, 0, 8);
+    assert_non_null(text);
+    memcpy(text, "1234567", 8);
+    text = co_realloc(CO_MEMORY_BASE, text, 8, 100000);
+    assert_string_equal(text, "1234567");
+    assert_null(co_realloc(CO_MEMORY_BASE, text, 100000, SIZE_MAX));
+    assert_string_equal(text, "1234567"); // what could not be moved is where it was
+    text = co_realloc(CO_MEMORY_BASE, text, 100000, 4);
+    assert_memory_equal(text, "1234", 4);
+    assert_int_equal(co_memory_live(CO_MEMORY_BASE), live + 4);
+    co_free(CO_MEMORY_BASE, text, 4);
+    assert_int_equal(co_memory_live(CO_MEMORY_BASE), live);
+}
+
+static void arrays_grow_one_at_a_time(void **state)
+{
+    (void)state;
+    uint32_t *numbers = NULL;
+    size_t capacity = 0;
+    for (uint32_t i = 0; i < 1000; i++) {
+        assert_true(co_grow(CO_MEMORY_BASE, (void **)&numbers, i, &capacity, sizeof *numbers));
+        assert_true(capacity > i && capacity < 2 * i + 17);
+        numbers[i] = i;
+    }
+    for (uint32_t i = 0; i < 1000; i++)
+        assert_int_equal(numbers[i], i);
+    uint32_t *before = numbers;
+    size_t same = capacity;
+    co_memory_fail_after(1);
+    assert_true(co_grow(CO_MEMORY_BASE, (void **)&numbers, 5, &capacity, sizeof *numbers));
+    assert_false(co_grow(CO_MEMORY_BASE, (void **)&numbers, same, &capacity, sizeof *numbers));
+    co_memory_fail_after(0);
+    assert_ptr_equal(numbers, before);
+    assert_int_equal(capacity, same);
+    co_free(CO_MEMORY_BASE, numbers, capacity * sizeof *numbers);
+
+    void *nothing = NULL;
+    size_t none = 0;
+    assert_false(co_grow(CO_MEMORY_BASE, &nothing, 0, &none, SIZE_MAX / 8));
+    assert_null(nothing);
+    assert_int_equal(none, 0);
+}
+
+static void the_nth_allocation_fails_and_all_after_it(void **state)
+{
+    (void)state;
+    co_memory_fail_after(2);
+    void *first = co_alloc(CO_MEMORY_BASE, 1);
+    assert_non_null(first);
+    assert_null(co_alloc(CO_MEMORY_BASE, 1));
+    assert_null(co_realloc(CO_MEMORY_BASE, first, 1, 2));
+    co_memory_fail_after(0);
+    void *next = co_alloc(CO_MEMORY_BASE, 1);
+    assert_non_null(next);
+    co_free(CO_MEMORY_BASE, next, 1);
+    co_free(CO_MEMORY_BASE, first, 1);
+}
+
+static void tags_have_names_of_their_own(void **state)
+{
+    (void)state;
+    for (int a = 0; a < CO_MEMORY_TAG_COUNT; a++) {
+        assert_true(co_memory_tag_name((CoMemoryTag)a)[0] != '\0');
+        for (int b = 0; b < a; b++)
+            assert_string_not_equal(co_memory_tag_name((CoMemoryTag)a),
+                                    co_memory_tag_name((CoMemoryTag)b));
+    }
+    assert_true(co_memory_resident() > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(blocks_are_counted_by_tag),
+        cmocka_unit_test(sizes_that_cannot_be_are_refused),
+        cmocka_unit_test(moved_blocks_keep_what_fits),
+        cmocka_unit_test(arrays_grow_one_at_a_time),
+        cmocka_unit_test(the_nth_allocation_fails_and_all_after_it),
+        cmocka_unit_test(tags_have_names_of_their_own),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
