@@ -110,12 +110,25 @@ struct CoBvh {
     const float *points;
 };
 
+// All that a walk wants of an instance: one cache line.
+typedef struct CoPlaced {
+    CoBox box;            // group space, padded (see top.c); empty when there is nothing in it
+    uint32_t first_path;  // paths of the instances before this one
+    uint32_t hidden_from; // CohortHidden bits
+    const CoBvh *bvh;     // of a mesh, with its nodes; NULL for groups
+    const CoWideNode *nodes;
+    bool is_in_place; // a mesh that stands in the group as it is, within the box
+    unsigned char unused[15];
+} CoPlaced;
+_Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");
+
 struct CoTop {
     CoTree tree;
-    CoBox *boxes;         // of the instances, group space, padded (see top.c)
+    CoPlaced *placed;     // instances
     uint32_t *first_path; // paths of the instances before this one: a prefix sum
     uint32_t count;       // of instances
     uint32_t depth;       // groups from here down, this one counted
+    bool is_in_place;     // all that is not empty is
     uint64_t path_count;  // of all instances
 };
 

@@ -82,7 +82,7 @@ bool co_top_refit(CoTop *top, const CoInstance *instances, uint32_t count, const
         CoWideNode *node = &top->tree.nodes[n];
         for (int i = 0; i < CO_NODE_WIDTH; i++)
             if (node->child[i] & CO_REF_LEAF)
-                co_wide_node_set(node, i, &top->boxes[node->child[i] & ~CO_REF_LEAF],
+                co_wide_node_set(node, i, &top->placed[node->child[i] & ~CO_REF_LEAF].box,
                                  node->child[i]);
     }
     return refit_tree(&top->tree, cost);

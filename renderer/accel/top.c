@@ -70,20 +70,34 @@ static uint64_t object_paths(const CoObject *object)
     return object->mesh ? 1 : object->top ? object->top->path_count : 0;
 }
 
-// Numbers the paths, measures the depth and the boxes; those of what has none are empty.
-static void survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
+static bool is_identity(const CoAffine *a)
 {
-    top->depth = 1;
-    top->path_count = 0;
-    for (uint32_t i = 0; i < top->count; i++) {
-        const CoObject *object = &objects[instances[i].object];
-        top->first_path[i] = (uint32_t)top->path_count;
-        top->path_count += object_paths(object);
-        if (object->top && object->top->depth >= top->depth)
-            top->depth = object->top->depth + 1;
-        if (!instance_box(&instances[i], object, &top->boxes[i]))
-            co_box_empty(&top->boxes[i]);
-    }
+    for (int r = 0; r < 3; r++)
+        for (int k = 0; k < 4; k++)
+            if (a->m[r][k] != (float)(r == k))
+                return false;
+    return true;
+}
+
+static bool is_within(const CoBox *inner, const CoBox *outer)
+{
+    for (int k = 0; k < 3; k++)
+        if (!(outer->lo[k] <= inner->lo[k] && inner->hi[k] <= outer->hi[k]))
+            return false;
+    return true;
+}
+
+// Says what a walk wants to know of an instance, but for its paths.
+static void place(const CoInstance *instance, const CoObject *object, CoPlaced *out)
+{
+    const CoBvh *bvh = object->top ? NULL : object->bvh;
+    *out = (CoPlaced){.hidden_from = instance->hidden_from, .bvh = bvh};
+    if (!instance_box(instance, object, &out->box))
+        co_box_empty(&out->box);
+    if (!bvh || bvh->tree.node_count == 0)
+        return;
+    out->nodes = bvh->tree.nodes;
+    out->is_in_place = is_identity(&instance->to_object) && is_within(&bvh->tree.box, &out->box);
 }
 
 static bool has_box(const CoBox *box)
@@ -91,14 +105,32 @@ static bool has_box(const CoBox *box)
     return box->lo[0] <= box->hi[0];
 }
 
+// Numbers the paths, measures the depth and places the instances.
+static void survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
+{
+    top->depth = 1;
+    top->path_count = 0;
+    top->is_in_place = true;
+    for (uint32_t i = 0; i < top->count; i++) {
+        const CoObject *object = &objects[instances[i].object];
+        place(&instances[i], object, &top->placed[i]);
+        top->is_in_place &= top->placed[i].is_in_place || !has_box(&top->placed[i].box);
+        top->first_path[i] = top->placed[i].first_path = (uint32_t)top->path_count;
+        top->path_count += object_paths(object);
+        if (object->top && object->top->depth >= top->depth)
+            top->depth = object->top->depth + 1;
+    }
+}
+
 static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
 {
     uint32_t used = 0;
     for (uint32_t i = 0; i < top->count; i++) {
-        if (!has_box(&top->boxes[i]))
+        const CoBox *box = &top->placed[i].box;
+        if (!has_box(box))
             continue;
-        memcpy(prims[used].lo, top->boxes[i].lo, sizeof prims[used].lo);
-        memcpy(prims[used].hi, top->boxes[i].hi, sizeof prims[used].hi);
+        memcpy(prims[used].lo, box->lo, sizeof prims[used].lo);
+        memcpy(prims[used].hi, box->hi, sizeof prims[used].hi);
         prims[used].id = i;
         prims[used].unused = 0;
         used++;
@@ -111,7 +143,7 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
     for (uint32_t i = 0; i < top->count; i++) {
         CoBox box;
         if (instance_box(&instances[i], &objects[instances[i].object], &box) !=
-            has_box(&top->boxes[i]))
+            has_box(&top->placed[i].box))
             return false;
     }
     survey(top, instances, objects);
@@ -138,9 +170,9 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
     bool is_built = top && (prims.prims || count == 0);
     if (is_built && count) {
         top->count = count;
-        top->boxes = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->boxes);
+        top->placed = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->placed);
         top->first_path = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->first_path);
-        is_built = top->boxes && top->first_path;
+        is_built = top->placed && top->first_path;
     }
     if (is_built) {
         survey(top, instances, objects);
@@ -165,7 +197,7 @@ void co_top_destroy(CoTop *top)
     if (!top)
         return;
     co_tree_clear(&top->tree);
-    co_free(CO_MEMORY_ACCEL, top->boxes, top->count * sizeof *top->boxes);
+    co_free(CO_MEMORY_ACCEL, top->placed, top->count * sizeof *top->placed);
     co_free(CO_MEMORY_ACCEL, top->first_path, top->count * sizeof *top->first_path);
     co_free(CO_MEMORY_ACCEL, top, sizeof *top);
 }
@@ -173,5 +205,5 @@ void co_top_destroy(CoTop *top)
 size_t co_top_bytes(const CoTop *top)
 {
     return sizeof *top + top->tree.node_capacity * sizeof *top->tree.nodes +
-           top->count * (sizeof *top->boxes + sizeof *top->first_path);
+           top->count * (sizeof *top->placed + sizeof *top->first_path);
 }

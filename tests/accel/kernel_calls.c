@@ -19,9 +19,11 @@ static void call_alone(const CoBox *boxes, uint32_t box_count, const CoWideNode 
                        KernelAnswer *out)
 {
     Slab slab;
+    SlabEnds ends;
     slab_load(ray, &slab);
+    slab_ends(ray->near_c, ray->far_c, &ends);
     out->is_huge = ray->is_huge;
-    out->alone.bits = slab_node(node, &slab, co_lane_set1(ray->to), out->alone.entry);
+    out->alone.bits = slab_node(node, &slab, &ends, co_lane_set1(ray->to), out->alone.entry);
     if (ray->is_huge)
         out->alone.bits &= present_children(node);
     out->interval.bits = 0;
@@ -29,7 +31,7 @@ static void call_alone(const CoBox *boxes, uint32_t box_count, const CoWideNode 
         out->interval.entry[i] = ray->from;
         out->exit[i] = ray->to;
         out->interval.bits |=
-            (uint32_t)slab_box(ray, box_corner(boxes[i].lo), box_corner(boxes[i].hi),
+            (uint32_t)slab_box(ray, ray->pad, box_corner(boxes[i].lo), box_corner(boxes[i].hi),
                                &out->interval.entry[i], &out->exit[i])
             << i;
     }

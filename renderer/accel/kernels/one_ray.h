@@ -27,9 +27,9 @@
 typedef struct Ray {
     CoFour org, dir, inv;         // inv = 1 / dir, finite and never 0
     CoFour near_c, far_c;         // of a node's slabs
-    CoFour near_tight, far_tight; // in a group: of the nodes of meshes that stand in it as they are
-    float distance;               // to the farthest plane of the whole, see ray_set_origin
-    float pad;                    // of the canonical slabs
+    const CoBvh *padded_for;      // whose triangles `pad` is for, if it is for any
+    float pad;                    // of the canonical slabs of triangles
+    float placed_pad;             // in a group: of those of instances
     float entry, exit;            // of the instances' boxes on the way here
     float from, to;               // where hits may lie, as far as is known
     float shear_x, shear_y;       // see triangle.h
@@ -40,43 +40,50 @@ typedef struct Ray {
     bool is_fit;                  // the direction is neither infinite nor zero
 } Ray;
 
-// A ray's slab constants, one value in all lanes.
+// A ray's slab constants, one value in all lanes, and where the planes it meets first and last
+// stand in a node.
 typedef struct Slab {
-    CoLane inv[3], near_c[3], far_c[3], from;
-    uint32_t near_row[3];
+    CoLane inv[3], from;
+    size_t near_at[3], far_at[3];
 } Slab;
 
-static inline void slab_fill(const Ray *ray, CoFour near_c, CoFour far_c, Slab *slab)
+// The same, by how wide the slabs are padded.
+typedef struct SlabEnds {
+    CoLane near_c[3], far_c[3];
+} SlabEnds;
+
+static inline void slab_load(const Ray *ray, Slab *slab)
 {
     for (int k = 0; k < 3; k++) {
         slab->inv[k] = co_lane_set1(ray->inv[k]);
-        slab->near_c[k] = co_lane_set1(near_c[k]);
-        slab->far_c[k] = co_lane_set1(far_c[k]);
-        slab->near_row[k] = ray->near_row[k];
+        slab->near_at[k] = CO_NODE_WIDTH * (size_t)ray->near_row[k];
+        slab->far_at[k] = slab->near_at[k] ^ CO_NODE_WIDTH;
     }
     slab->from = co_lane_set1(ray->from);
 }
 
-static inline void slab_load(const Ray *ray, Slab *slab)
+static inline void slab_ends(CoFour near_c, CoFour far_c, SlabEnds *ends)
 {
-    slab_fill(ray, ray->near_c, ray->far_c, slab);
+    for (int k = 0; k < 3; k++) {
+        ends->near_c[k] = co_lane_set1(near_c[k]);
+        ends->far_c[k] = co_lane_set1(far_c[k]);
+    }
 }
 
 // Tests the 8 children of a node up to `to`. Returns one bit per child that is entered and where.
 // What is not a number does not cull.
-static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, CoLane to,
-                                 float entry[CO_NODE_WIDTH])
+static inline uint32_t slab_node(const CoWideNode *node, const Slab *slab, const SlabEnds *ends,
+                                 CoLane to, float entry[CO_NODE_WIDTH])
 {
+    const float *planes = node->planes[0];
     uint32_t bits = 0;
     for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
         CoLane near = slab->from, far = to, near_side[3], far_side[3];
         for (int k = 0; k < 3; k++) {
-            CoLane near_plane = co_lane_load(node->planes[slab->near_row[k]] + i);
-            CoLane far_plane = co_lane_load(node->planes[slab->near_row[k] ^ 1u] + i);
-            near_plane = co_lane_muladd(near_plane, slab->inv[k], slab->near_c[k]);
-            far_plane = co_lane_muladd(far_plane, slab->inv[k], slab->far_c[k]);
-            near_side[k] = near_plane;
-            far_side[k] = far_plane;
+            CoLane near_plane = co_lane_load(planes + slab->near_at[k] + i);
+            CoLane far_plane = co_lane_load(planes + slab->far_at[k] + i);
+            near_side[k] = co_lane_muladd(near_plane, slab->inv[k], ends->near_c[k]);
+            far_side[k] = co_lane_muladd(far_plane, slab->inv[k], ends->far_c[k]);
         }
         // Two steps, not three: this is what the next node waits for.
         near =
@@ -108,10 +115,10 @@ static inline float float_max(float a, float b)
 }
 
 // Narrows [*from, *to] to a single box by the canonical arithmetic. False when nothing is left.
-static inline bool slab_box(const Ray *ray, CoFour lo, CoFour hi, float *from, float *to)
+static inline bool slab_box(const Ray *ray, float pad, CoFour lo, CoFour hi, float *from, float *to)
 {
     CoFour own = co_four_abs(ray->org) * 0x1p-23f;
-    CoFour shift = co_four_copysign(own + ray->pad, ray->dir);
+    CoFour shift = co_four_copysign(own + pad, ray->dir);
     CoFourBits is_negative = ray->inv < co_four_set1(0.0f);
     CoFour near = (co_four_select(is_negative, hi, lo) - (ray->org + shift)) * ray->inv;
     CoFour far = (co_four_select(is_negative, lo, hi) - (ray->org - shift)) * ray->inv;
@@ -207,22 +214,39 @@ static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
 {
     const CoFour nan = co_four_set1(__builtin_nanf(""));
     CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);
-    float distance = ray->distance = box_distance(org, box);
-    ray->pad = padding(distance, co_four_largest3(size, 0.0f), relative);
+    float distance = box_distance(org, box);
+    ray->pad = ray->placed_pad = padding(distance, co_four_largest3(size, 0.0f), relative);
+    ray->padded_for = NULL;
     CoFour reach = size + distance;
     CoFour rounding = size * 0x1p-23f + reach * 0x1p-21f;
     CoFour shift = co_four_copysign(rounding + (ray->pad + CO_LEAST_SLACK), inv);
     CoFourBits is_safe = reach * co_four_abs(inv) < co_four_set1(0x1p125f);
     ray->near_c = co_four_select(is_safe, (org + shift) * -inv, nan);
     ray->far_c = co_four_select(is_safe, (org - shift) * -inv, nan);
-    if (relative > 0.0f) {
-        shift = rounding + (padding(distance, 0.0f, 0.0f) + CO_LEAST_SLACK);
-        shift = co_four_copysign(shift, inv);
-        ray->near_tight = co_four_select(is_safe, (org + shift) * -inv, nan);
-        ray->far_tight = co_four_select(is_safe, (org - shift) * -inv, nan);
-    }
     ray->is_huge = !(is_safe[0] & is_safe[1] & is_safe[2]);
     return ray->is_fit && co_four_below3(size, 3e38f);
+}
+
+// The node constants for meshes that stand in a group as they are: as if all in `box` were one mesh.
+static inline void ray_tight(const Ray *ray, const CoBox *box, CoFour *near_c, CoFour *far_c)
+{
+    CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);
+    const CoFour nan = co_four_set1(__builtin_nanf(""));
+    float distance = box_distance(org, box), pad = padding(distance, 0.0f, 0.0f);
+    CoFour reach = size + distance;
+    CoFour rounding = size * 0x1p-23f + reach * 0x1p-21f;
+    CoFour shift = co_four_copysign(rounding + (pad + CO_LEAST_SLACK), inv);
+    CoFourBits is_safe = reach * co_four_abs(inv) < co_four_set1(0x1p125f);
+    *near_c = co_four_select(is_safe, (org + shift) * -inv, nan);
+    *far_c = co_four_select(is_safe, (org - shift) * -inv, nan);
+}
+
+// Whether the identity changes no bit of the ray: it does where there is a minus zero.
+static inline bool ray_is_plain(const Ray *ray)
+{
+    CoFourBits minus = (CoFourBits)ray->org == INT32_MIN;
+    minus |= (CoFourBits)ray->dir == INT32_MIN;
+    return !(minus[0] | minus[1] | minus[2]);
 }
 
 static inline bool ray_prepare(Ray *ray, const CoBox *box, float relative)

@@ -169,11 +169,9 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
     out->inv = THREE(inv);
     out->near_c = THREE(near_c);
     out->far_c = THREE(far_c);
-    out->near_tight = out->near_c;
-    out->far_tight = out->far_c;
-    out->distance = 0.0f; // it takes no short cuts
 #undef THREE
-    out->pad = rays->pad[j];
+    out->padded_for = NULL;
+    out->pad = out->placed_pad = rays->pad[j];
     out->entry = rays->entry[j];
     out->exit = rays->exit[j];
     out->from = rays->from[j];

@@ -9,6 +9,9 @@
 typedef uint64_t Entered;
 #define ENTERED_ANYWHERE 0xff80000000000000u // at -infinity
 
+// Below what a walk of a tree has put on its stack. No leaf is at the last place.
+#define REF_END 0xffffffffu
+
 static inline Entered entered_child(const CoWideNode *node, const float entry[CO_NODE_WIDTH],
                                     uint32_t i)
 {
@@ -31,47 +34,48 @@ static inline float entered_at(Entered child)
 // Puts the nearer of two first; no branch, as it would be guessed wrong half the time.
 static inline void order(Entered *first, Entered *second)
 {
-    bool is_swapped = *second >> 32 < *first >> 32;
-    Entered swap = (*first ^ *second) & -(uint64_t)is_swapped;
-    *first ^= swap;
-    *second ^= swap;
+    Entered a = *first, b = *second;
+    bool is_swapped = b < a;
+    *first = is_swapped ? b : a;
+    *second = is_swapped ? a : b;
 }
 
 // Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
-// nearest of them last. Most nodes have one or two.
-static inline uint32_t descend(Entered *stack, uint32_t *height, const CoWideNode *node,
-                               uint32_t bits, const float entry[CO_NODE_WIDTH])
+// nearest of them last. Most nodes have one or two. Returns the stack's new top.
+static inline Entered *descend(Entered *top, const CoWideNode *node, uint32_t bits,
+                               const float entry[CO_NODE_WIDTH], uint32_t *ref)
 {
     uint32_t first = (uint32_t)__builtin_ctz(bits);
     bits &= bits - 1;
-    if (!bits)
-        return node->child[first];
+    if (!bits) {
+        *ref = node->child[first];
+        return top;
+    }
     Entered nearest = entered_child(node, entry, first);
     Entered other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
-    uint32_t base = *height, top = base + 1;
     order(&nearest, &other);
-    stack[base] = other;
+    *top = other;
+    Entered *base = top++;
     for (bits &= bits - 1; bits; bits &= bits - 1) {
-        uint32_t at = top++;
+        Entered *at = top++;
         other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
         order(&nearest, &other);
-        for (; at > base && stack[at - 1] >> 32 < other >> 32; at--)
-            stack[at] = stack[at - 1];
-        stack[at] = other;
+        for (; at > base && at[-1] < other; at--)
+            *at = at[-1];
+        *at = other;
     }
-    *height = top;
-    return (uint32_t)nearest;
+    *ref = (uint32_t)nearest;
+    return top;
 }
 
 // The same for a ray that any hit ends: in no order.
-static inline uint32_t descend_any(Entered *stack, uint32_t *height, const CoWideNode *node,
-                                   uint32_t bits)
+static inline Entered *descend_any(Entered *top, const CoWideNode *node, uint32_t bits,
+                                   uint32_t *ref)
 {
-    uint32_t first = (uint32_t)__builtin_ctz(bits), top = *height;
+    *ref = node->child[__builtin_ctz(bits)];
     for (bits &= bits - 1; bits; bits &= bits - 1)
-        stack[top++] = ENTERED_ANYWHERE | node->child[__builtin_ctz(bits)];
-    *height = top;
-    return node->child[first];
+        *top++ = ENTERED_ANYWHERE | node->child[__builtin_ctz(bits)];
+    return top;
 }
 
 static inline bool is_empty(const CoObject *object)
@@ -100,126 +104,184 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
     }
 }
 
-static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk *walk,
-                           uint32_t index);
-
-// One ray through what lies below `ref`. tight: in a group, slabs for meshes that stand as they
-// are.
-static void walk_slabs(Group *group, Ray *ray, const Slab *slab, const Slab *tight,
-                       const Walk *walk, uint32_t ref)
+// Slabs of triangles are padded by what the box of their mesh asks for. That of a mesh in place is
+// taken when a triangle may be hit.
+static inline void pad_for(Ray *ray, const CoBvh *bvh)
 {
-    Entered stack[CO_STACK_SIZE];
+    if (ray->padded_for == bvh)
+        return;
+    ray->padded_for = bvh;
+    ray->pad = padding(box_distance(ray->org, &bvh->tree.box), 0.0f, 0.0f);
+}
+
+// One ray against a leaf. Returns true when it needs no more.
+static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const Shear *shear,
+                                                 const CoBvh *bvh, uint32_t ref, uint32_t path)
+{
+    LeafHits hits;
+    uint32_t count;
+    const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
+    group->stats->triangles += count;
+    shear_points(&leaf, shear, CO_LEAF_WIDTH, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, shear, count, &hits);
+    if (!pierced)
+        return false;
+    pad_for(ray, bvh);
+    return offer_pierced(group, ray, &leaf, shear, pierced, path, &hits);
+}
+
+static inline void count_visited(Group *group, const CoBvh *bvh, uint32_t nodes)
+{
+    if (bvh) {
+        group->stats->bottom_nodes += nodes;
+    } else {
+        group->stats->top_nodes_grouped += nodes;
+        group->stats->top_nodes_single += nodes;
+    }
+}
+
+static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t index);
+
+// Instances are seen by most.
+static inline bool is_hidden(const Group *group, const Ray *ray, const CoPlaced *placed)
+{
+    return placed->hidden_from && group->flags &&
+           group->flags[ray->slot] & placed->hidden_from;
+}
+
+static const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnds *out)
+{
+    CoFour near_c, far_c;
+    ray_tight(ray, &tree->box, &near_c, &far_c);
+    slab_ends(near_c, far_c, out);
+    return out;
+}
+
+// One ray through a tree that it has been prepared for. A mesh that stands in its group as it is
+// is part of the group's tree: the ray stays what it is. Nothing is lost with its box, which holds
+// those of all its triangles, so that their canonical slabs lie in its own.
+// is_tight: its slabs are those of a mesh already.
+static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+{
+    Entered stack[2 * CO_STACK_SIZE], *top = stack;
     float entry[CO_NODE_WIDTH];
-    uint32_t height = 0, nodes = 0;
-    const CoBvh *bvh = walk->bvh;
+    Slab slab;
+    SlabEnds own, tight;
+    Shear shear;
+    slab_load(ray, &slab);
+    slab_ends(ray->near_c, ray->far_c, &own);
+    shear_load(ray, &shear);
     const bool is_any = group->occlusion >> ray->slot & 1u;
+    const bool is_plain = !walk->bvh && ray_is_plain(ray);
+    const SlabEnds *in_place = is_tight ? &own : NULL; // of meshes, once there is one
+    const CoWideNode *nodes = walk->tree->nodes;
+    const SlabEnds *ends = &own;
+    const CoBvh *bvh = walk->bvh;
+    uint32_t ref = 0, path = walk->path, visited = 0;
+    *top++ = ENTERED_ANYWHERE | REF_END;
     for (;;) {
         if (!(ref & CO_REF_LEAF)) {
-            const CoWideNode *node = &walk->tree->nodes[ref];
-            uint32_t bits = slab_node(node, slab, co_lane_set1(ray->to), entry);
-            nodes++;
+            const CoWideNode *node = &nodes[ref];
+            uint32_t bits = slab_node(node, &slab, ends, co_lane_set1(ray->to), entry);
+            visited++;
             if (ray->is_huge)
                 bits &= present_children(node);
             if (bits) {
                 if (bvh && (bits & (bits - 1)))
                     prefetch_children(bvh, node, bits);
-                ref = is_any ? descend_any(stack, &height, node, bits)
-                             : descend(stack, &height, node, bits, entry);
+                top = is_any ? descend_any(top, node, bits, &ref)
+                             : descend(top, node, bits, entry, &ref);
                 continue;
             }
-        } else if (!bvh) {
-            enter_instance(group, ray, tight, walk, ref & ~CO_REF_LEAF);
-        } else if (bvh->patches) {
-            if (trace_grid_leaf(group, ray, bvh, ref, walk->path))
-                break;
-        } else if (trace_leaf(group, ray, bvh, ref, walk->path)) {
-            break;
+        } else if (ref == REF_END) {
+            count_visited(group, bvh, visited);
+            if (bvh == walk->bvh)
+                return;
+            nodes = walk->tree->nodes;
+            ends = &own;
+            bvh = NULL;
+            visited = 0;
+        } else if (bvh) {
+            if (bvh->patches ? trace_grid_leaf(group, ray, bvh, ref, path)
+                             : trace_leaf(group, ray, &shear, bvh, ref, path)) {
+                count_visited(group, bvh, visited);
+                return;
+            }
+        } else {
+            const CoPlaced *placed = &walk->object->top->placed[ref & ~CO_REF_LEAF];
+            if (placed->is_in_place && is_plain) {
+                if (!is_hidden(group, ray, placed)) {
+                    count_visited(group, NULL, visited);
+                    visited = 0;
+                    nodes = placed->nodes;
+                    bvh = placed->bvh;
+                    if (!in_place)
+                        in_place = ends_in_place(ray, walk->tree, &tight);
+                    ends = in_place;
+                    path = walk->path + placed->first_path;
+                    *top++ = ENTERED_ANYWHERE | REF_END;
+                    ref = 0;
+                    if (bvh->patches)
+                        pad_for(ray, bvh);
+                    continue;
+                }
+            } else {
+                enter_instance(group, ray, walk, ref & ~CO_REF_LEAF);
+            }
         }
-        while (height > 0 && !(entered_at(stack[height - 1]) <= ray->to))
-            height--;
-        if (height == 0)
-            break;
-        ref = (uint32_t)stack[--height];
+        Entered child;
+        do
+            child = *--top;
+        while (!(entered_at(child) <= ray->to));
+        ref = (uint32_t)child;
     }
-    count_nodes(group, walk, nodes, nodes);
 }
 
-static void walk_single(Group *group, Ray *ray, const Walk *walk, uint32_t ref)
+// One ray of a group's space through one of its instances, in a space of its own.
+static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, const Walk *walk,
+                                                     uint32_t index)
 {
-    Slab slab, tight;
-    slab_load(ray, &slab);
-    if (!walk->bvh)
-        slab_fill(ray, ray->near_tight, ray->far_tight, &tight);
-    walk_slabs(group, ray, &slab, &tight, walk, ref);
-}
-
-// Where a ray enters and leaves an instance, and may still hit.
-typedef struct Passage {
-    float entry, exit, from, to;
-} Passage;
-
-// Through a mesh that stands in its group as it is: the ray stays what it is, but for the padding.
-// That of `tight` suits everything up to the ray's distance.
-static void enter_in_place(Group *group, Ray *ray, const Slab *tight, const Walk *below,
-                           float distance, const Passage *passage)
-{
-    float entry = ray->entry, exit = ray->exit, pad = ray->pad;
-    ray->entry = passage->entry;
-    ray->exit = passage->exit;
-    ray->to = passage->to;
-    ray->pad = padding(distance, 0.0f, 0.0f);
-    walk_slabs(group, ray, tight, NULL, below, 0);
-    ray->entry = entry;
-    ray->exit = exit;
-    ray->pad = pad;
-}
-
-// Through an object in a space of its own.
-static void enter_space(Group *group, const Ray *ray, Ray *inner, const Walk *below,
-                        const Passage *passage)
-{
-    inner->entry = passage->entry;
-    inner->exit = passage->exit;
-    inner->from = passage->from;
-    inner->to = passage->to;
-    inner->slot = ray->slot;
-    if (co_four_same3(inner->dir, ray->dir)) // many transforms only move
-        ray_share_direction(ray, inner);
-    else
-        ray_set_direction(inner);
-    if (ray_set_origin(inner, &below->tree->box, below->bvh ? 0.0f : CO_TRANSFORM_SLACK))
-        walk_single(group, inner, below, 0);
-}
-
-// One ray of a group's space through one of its instances.
-static void enter_instance(Group *group, Ray *ray, const Slab *tight, const Walk *walk,
-                           uint32_t index)
-{
-    const CoTop *top = walk->object->top;
+    const CoPlaced *placed = &walk->object->top->placed[index];
     const CoInstance *instance = &walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
-    const CoBox *box = &top->boxes[index];
-    if (instance->hidden_from && group->flags && group->flags[ray->slot] & instance->hidden_from)
-        return;
-    Passage passage = {.entry = ray->entry, .exit = ray->exit};
     float to = ray->to;
-    if (is_empty(object) ||
-        !slab_box(ray, box_corner(box->lo), box_corner(box->hi), &passage.entry, &passage.exit))
-        return;
-    passage.from = float_max(ray->from, passage.entry);
-    passage.to = float_min(to, passage.exit);
-    if (!(passage.from <= passage.to))
-        return;
-    const Walk below = walk_of(object, walk->path + top->first_path[index]);
     Ray inner;
+    inner.entry = ray->entry;
+    inner.exit = ray->exit;
+    if (is_hidden(group, ray, placed) || is_empty(object) ||
+        !slab_box(ray, ray->placed_pad, box_corner(placed->box.lo), box_corner(placed->box.hi),
+                  &inner.entry, &inner.exit))
+        return;
+    inner.from = float_max(ray->from, inner.entry);
+    inner.to = float_min(to, inner.exit);
+    inner.slot = ray->slot;
+    if (!(inner.from <= inner.to))
+        return;
+    const Walk below = walk_of(object, walk->path + placed->first_path);
     ray_transform(ray, &instance->to_object, &inner);
-    float distance = box_distance(ray->org, &below.tree->box);
-    if (below.bvh && distance <= ray->distance && co_four_same3(inner.org, ray->org) &&
-        co_four_same3(inner.dir, ray->dir))
-        enter_in_place(group, ray, tight, &below, distance, &passage);
+    if (co_four_same3(inner.dir, ray->dir)) // many transforms only move
+        ray_share_direction(ray, &inner);
     else
-        enter_space(group, ray, &inner, &below, &passage);
+        ray_set_direction(&inner);
+    if (ray_set_origin(&inner, &below.tree->box, below.bvh ? 0.0f : CO_TRANSFORM_SLACK))
+        walk_single(group, &inner, &below, false);
     ray->to = float_min(to, group->best_t[ray->slot]);
+}
+
+// Rays of a batch, one by one.
+static void trace_each(Group *group, Rays *rays, const CoObject *root)
+{
+    const Walk walk = walk_of(root, 0);
+    const bool is_tight = root->top->is_in_place;
+    rays_prepare(rays, &walk.tree->box, is_tight ? 0.0f : CO_TRANSFORM_SLACK);
+    for (uint32_t j = 0; j < rays->count; j++) {
+        Ray ray;
+        rays_single(rays, j, &ray);
+        bool is_plain = ray_is_plain(&ray);
+        if (is_tight && !is_plain)
+            ray_set_origin(&ray, &walk.tree->box, CO_TRANSFORM_SLACK);
+        walk_single(group, &ray, &walk, is_tight && is_plain);
+    }
 }
 
 #endif

@@ -218,7 +218,7 @@ static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uin
         active = not_hidden(group, rays, active, instance->hidden_from);
     Rays inner;
     inner.count = 0;
-    take_inner(rays, rows, active, &top->boxes[index], &inner);
+    take_inner(rays, rows, active, &top->placed[index].box, &inner);
     if (inner.count == 0)
         return;
     rays_pad(&inner);

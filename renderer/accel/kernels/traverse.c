@@ -101,21 +101,6 @@ static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, 
     return false;
 }
 
-// One ray against a leaf. Returns true when it needs no more.
-static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const CoBvh *bvh,
-                                                 uint32_t ref, uint32_t path)
-{
-    LeafHits hits;
-    Shear shear;
-    uint32_t count;
-    const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
-    shear_load(ray, &shear);
-    group->stats->triangles += count;
-    shear_points(&leaf, &shear, CO_LEAF_WIDTH, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
-    return pierced && offer_pierced(group, ray, &leaf, &shear, pierced, path, &hits);
-}
-
 #include "accel/kernels/grid_blocks.h"
 
 // Clamps what a vector of rays found of triangle i, as clamp_hit does. Returns those of `pierced`
@@ -227,7 +212,7 @@ static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *wa
         uint32_t j = (uint32_t)__builtin_ctzll(active);
         Ray ray;
         rays_single(rays, j, &ray);
-        walk_single(group, &ray, walk, 0);
+        walk_single(group, &ray, walk, false);
         rays_settle(rays, j, ray.to);
     }
 }
@@ -364,7 +349,8 @@ static void drop_invalid(Rays *rays, const float *scale)
 }
 
 static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
-                      CoHitBatch *hits, size_t begin, uint32_t count, CoTraverseStats *stats)
+                      CoHitBatch *hits, size_t begin, uint32_t count, bool grouped,
+                      CoTraverseStats *stats)
 {
     Group group;
     Rays rays;
@@ -380,7 +366,10 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
     const CoObject *root = &scene->objects[scene->root];
     if (rays.count && root->top && !is_empty(root)) {
         rays_pad(&rays);
-        trace_object(&group, &rays, root, 0);
+        if (grouped)
+            trace_object(&group, &rays, root, 0);
+        else
+            trace_each(&group, &rays, root);
     }
     give_hits(&group, in.scale, hits, begin, count);
     for (uint32_t slot = 0; slot < count && rays.count < count; slot++)
@@ -388,60 +377,12 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
             give_none(hits, begin + slot, __builtin_nanf(""));
 }
 
-// A ray by itself goes the same way through fewer hands.
-static bool take_ray(Group *group, const CoRayBatch *batch, size_t i, Ray *ray, float *scale)
-{
-    float x = batch->dir_x[i], y = batch->dir_y[i], z = batch->dir_z[i], inverse;
-    float s = direction_scale(x, y, z, &inverse), tnear = batch->tnear[i], tfar = batch->tfar[i];
-    CoFour org = {batch->org_x[i], batch->org_y[i], batch->org_z[i], 0.0f};
-    for (int k = 0; k < 3; k++)
-        if (!(__builtin_fabsf(org[k]) < INFINITE))
-            s = 0.0f;
-    *scale = s;
-    if (s == 0.0f || tnear != tnear || tfar != tfar)
-        return false;
-    ray->org = org;
-    ray->dir = (CoFour){x * s, y * s, z * s, 0.0f};
-    ray->entry = -INFINITE;
-    ray->exit = INFINITE;
-    ray->slot = 0;
-    ray->from = group->tnear[0] = float_max(tnear * inverse, -__FLT_MAX__);
-    ray->to = group->best_t[0] = tfar * inverse;
-    group->best_u[0] = group->best_v[0] = 0.0f;
-    group->best_path[0] = group->best_tri[0] = 0;
-    return true;
-}
-
-static void trace_single(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
-                         CoHitBatch *hits, size_t i, CoTraverseStats *stats)
-{
-    Group group;
-    Ray ray;
-    float scale;
-    open_group(&group, scene, flags ? flags + i : NULL, stats);
-    if (!take_ray(&group, batch, i, &ray, &scale)) {
-        stats->invalid++;
-        give_none(hits, i, __builtin_nanf(""));
-        return;
-    }
-    group.occlusion = flags && flags[i] & CO_TRAVERSE_OCCLUSION;
-    const CoObject *root = &scene->objects[scene->root];
-    if (root->top && !is_empty(root)) {
-        const Walk walk = walk_of(root, 0);
-        if (ray_prepare(&ray, &walk.tree->box, CO_TRANSFORM_SLACK))
-            walk_single(&group, &ray, &walk, 0);
-    }
-    give_hits(&group, &scale, hits, i, 1);
-}
-
 void CO_LANE_NAME(co_accel_traverse)(const CoAccelScene *scene, const CoRayBatch *rays,
                                      const uint8_t *flags, CoHitBatch *hits, size_t begin,
                                      size_t end, bool grouped, CoTraverseStats *stats)
 {
-    for (size_t i = begin; !grouped && i < end; i++)
-        trace_single(scene, rays, flags, hits, i, stats);
-    for (size_t i = begin; grouped && i < end; i += CO_GROUP_RAYS) {
+    for (size_t i = begin; i < end; i += CO_GROUP_RAYS) {
         uint32_t count = (uint32_t)(end - i < CO_GROUP_RAYS ? end - i : CO_GROUP_RAYS);
-        trace_run(scene, rays, flags, hits, i, count, stats);
+        trace_run(scene, rays, flags, hits, i, count, grouped, stats);
     }
 }

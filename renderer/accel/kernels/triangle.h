@@ -156,7 +156,7 @@ static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, 
     CoFour lo = co_four_min(co_four_min(corner[0], corner[1]), corner[2]);
     CoFour hi = co_four_max(co_four_max(corner[0], corner[1]), corner[2]);
     float from = ray->entry, to = ray->exit;
-    if (!slab_box(ray, lo, hi, &from, &to))
+    if (!slab_box(ray, ray->pad, lo, hi, &from, &to))
         return false;
     *t = float_max(float_min(*t, to), from);
     return true;
