@@ -46,8 +46,8 @@ typedef struct CoObject {
     CoVec3 box_min, box_max; // object space; min > max when empty
 } CoObject;
 
-// Builds over the instances. `objects` gives the boxes, and of nested groups the tops: build the
-// innermost groups first. Objects with an empty box, and transforms that are not finite, take their
+// Builds over the instances. `objects` gives the boxes and the trees of meshes, and of nested groups
+// the tops: build the innermost groups first, and refit when one of these is replaced. Objects with an empty box, and transforms that are not finite, take their
 // place among the paths but are never hit. The arrays must outlive the top. At most 8 groups may
 // nest (COHORT_ERROR_LIMIT).
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,

@@ -148,6 +148,74 @@ static void failing_allocations_are_reported(void **state)
     mesh_free(&sphere);
 }
 
+// Rays between points of a lattice, many of them along axes, with zeros of both signs.
+static CoRayBatch lattice_rays(size_t count)
+{
+    Random random = {12};
+    CoRayBatch rays = rays_alloc(count);
+    for (size_t i = 0; i < count; i++) {
+        float at[6];
+        for (int k = 0; k < 6; k++) {
+            at[k] = (float)(random_bits(&random) % 9) * 0.25f - 1.0f;
+            if (at[k] == 0.0f && random_bits(&random) % 2)
+                at[k] = -0.0f;
+        }
+        if (at[3] == 0.0f && at[4] == 0.0f && at[5] == 0.0f)
+            at[5] = 1.0f;
+        ray_set(&rays, i, co_vec3(3.0f * at[0], 3.0f * at[1], 3.0f * at[2]),
+                co_vec3(at[3], at[4], at[5]));
+    }
+    return rays;
+}
+
+// A mesh that stands in its group as it is is walked with the group: hits are those of a walk in a
+// space of its own.
+static void meshes_in_place_are_hit_as_others(void **state)
+{
+    (void)state;
+    enum {
+        RAYS = 20000
+    };
+    TestMesh ball = mesh_sphere(6, 1.0f, co_vec3(0, 0, 0)), soup = mesh_soup(200, 1.0f, 5);
+    CoRayBatch rays = lattice_rays(RAYS);
+    uint8_t *flags = malloc(RAYS);
+    for (size_t i = 0; i < RAYS; i++)
+        flags[i] = (uint8_t)(i % 3 == 0 ? CO_TRAVERSE_OCCLUSION : i % 3 == 1 ? 2 : 0);
+    for (int moved = 0; moved < 2; moved++) {
+        TestScene s = {0};
+        uint32_t a = scene_add_mesh(&s, &ball), b = scene_add_mesh(&s, &soup);
+        CoInstance instances[3] = {place(a, co_mat4d_identity()), place(b, co_mat4d_identity()),
+                                   place(a, co_mat4d_identity())};
+        instances[0].hidden_from = 2;
+        if (moved)
+            instances[2] = place(a, matrix(0.3, co_vec3_splat(1.5f), co_vec3(0.5f, 0.25f, 0)));
+        CoTop *top = s.tops[scene_add_group(&s, instances, 3)];
+        CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
+        assert_int_equal(top->is_in_place, !moved);
+        for (int i = 0; i < 3; i++)
+            assert_int_equal(top->placed[i].is_in_place, !(moved && i == 2));
+        traverse_all(&s.scene, &rays, flags, &hits[0], NULL);
+        top->is_in_place = false;
+        for (int i = 0; i < 3; i++)
+            top->placed[i].is_in_place = false;
+        traverse_all(&s.scene, &rays, flags, &hits[1], NULL);
+        size_t count = 0;
+        for (size_t i = 0; i < RAYS; i++)
+            count += hits[0].t[i] < INFINITY;
+        assert_true(count > RAYS / 10 && count < RAYS);
+        assert_true(same_bits(hits[0].t, hits[1].t, RAYS));
+        assert_memory_equal(hits[0].tri, hits[1].tri, RAYS * sizeof(uint32_t));
+        assert_memory_equal(hits[0].instance, hits[1].instance, RAYS * sizeof(uint32_t));
+        for (int k = 0; k < 2; k++)
+            hits_free(&hits[k]);
+        scene_clear(&s);
+    }
+    free(flags);
+    rays_free(&rays);
+    mesh_free(&ball);
+    mesh_free(&soup);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -155,6 +223,7 @@ int main(void)
         cmocka_unit_test(depth_is_limited),
         cmocka_unit_test(what_cannot_be_placed_is_never_hit),
         cmocka_unit_test(failing_allocations_are_reported),
+        cmocka_unit_test(meshes_in_place_are_hit_as_others),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
