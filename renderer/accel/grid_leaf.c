@@ -6,28 +6,20 @@
 #define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 6 * CO_TILE_BLOCKS + 8)
 _Static_assert(LEAF_BYTES_MAX % CO_LEAF_UNIT == 0, "leaves are whole units");
 
-// What a tree of patches is built over: patches, above level 3 tiles of them. A tile has as many
-// triangles as any other, so its number says the patch.
+// What a tree of patches is built over: patches, above level 3 tiles of them.
 typedef struct Tile {
     uint32_t patch;
     uint32_t i, j;  // first square
     uint32_t shift; // log2 of the squares a side of the patch
 } Tile;
+_Static_assert(CO_TILE_SQUARES == 1 << CO_PATCH_TILE_SHIFT, "tiles are those of patch.h");
 
 static Tile find_tile(const CoPatchTable *table, uint32_t id)
 {
     Tile tile = {.patch = id};
-    uint32_t first = 0;
-    if (table->level > 3) {
-        tile.patch = co_patch_of(table, id * CO_TILE_TRIS);
-        first = co_patch_first_tri(table, tile.patch) / CO_TILE_TRIS;
-    }
+    if (table->level > CO_PATCH_TILE_SHIFT)
+        tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
     tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch));
-    if (tile.shift > 3) {
-        uint32_t number = id - first;
-        tile.i = CO_TILE_SQUARES * (number & ((1u << (tile.shift - 3)) - 1u));
-        tile.j = CO_TILE_SQUARES * (number >> (tile.shift - 3));
-    }
     return tile;
 }
 
@@ -41,13 +33,18 @@ static void extend_by_point(const CoMesh *mesh, uint32_t point, CoBox *box)
 static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint32_t j,
                          uint32_t size)
 {
-    const uint32_t *words = co_patch_words(mesh->patches, tile->patch);
+    const CoPatchTable *table = mesh->patches;
+    const uint32_t *words = co_patch_words(table, tile->patch);
     uint32_t m = 1u << tile->shift;
     CoBox box;
     co_box_empty(&box);
-    for (uint32_t b = j; b <= j + size; b++)
-        for (uint32_t a = i; a <= i + size; a++)
-            extend_by_point(mesh, co_patch_point(words, m, a, b), &box);
+    for (uint32_t row = j; row <= j + size; row++) {
+        for (uint32_t k = table->is_triangular && row > i ? row : i; k <= i + size; k++) {
+            uint32_t a = k, b = row;
+            co_patch_settle(table, words, m, &a, &b);
+            extend_by_point(mesh, co_patch_point(table, words, m, a, b), &box);
+        }
+    }
     return box;
 }
 
@@ -68,7 +65,8 @@ static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
 
 uint32_t co_grid_count(const CoMesh *mesh)
 {
-    return mesh->patches->level > 3 ? mesh->tri_count / CO_TILE_TRIS : mesh->patches->count;
+    const CoPatchTable *table = mesh->patches;
+    return table->level > CO_PATCH_TILE_SHIFT ? co_patch_tile_count(table) : table->count;
 }
 
 CoBox co_grid_box(const CoMesh *mesh, uint32_t id)
@@ -109,7 +107,7 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
 // Half the log2 of the number of blocks of a tile.
 static uint32_t tile_side(const Tile *tile)
 {
-    return tile->shift > 3 ? 2 : tile->shift - 1;
+    return tile->shift > CO_PATCH_TILE_SHIFT ? 2 : tile->shift > 0 ? tile->shift - 1 : 0;
 }
 
 static size_t tile_size(const Tile *tile)
@@ -211,6 +209,6 @@ void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
     bvh->points = mesh->points;
     if (mesh->patches->level == 1) {
         bvh->leaf_at = (const void *)mesh->patches->words;
-        bvh->leaf_stride = CO_PATCH_WORDS * sizeof *mesh->patches->words;
+        bvh->leaf_stride = mesh->patches->stride * sizeof *mesh->patches->words;
     }
 }

@@ -2,10 +2,12 @@
 //
 // Triangles are tested by blocks of 2 x 2 squares: 9 points, 8 triangles. What a leaf is depends on
 // the level of the mesh:
-//   0   up to 4 patches (quads, fan triangles): their numbers; bits 28.. of the reference: count -
-//   1 1   one patch, which is one block; the reference is its number, there is nothing else 2.. a
-//   tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4 or 16 blocks;
-//       bits 28..: 0, 1 or 2, half the log2 of that
+//   0    up to 4 patches (quads, single triangles): their numbers; bits 28.. of the reference:
+//        count - 1
+//   1    one patch, which is one block; the reference is its number, there is nothing else
+//   2..  a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4 or 16 blocks;
+//        bits 28..: 0, 1 or 2, half the log2 of that
+// Of triangular patches, tiles and blocks on the diagonal are halves, and those beyond it empty.
 // Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none of this.
 
 #ifndef CO_ACCEL_GRID_LEAF_H
@@ -17,8 +19,7 @@ enum {
     CO_LIST_PATCHES = 4,
     CO_TILE_SQUARES = 8, // a side
     CO_TILE_BLOCKS = 16,
-    CO_GRID_SLOTS = 3 * CO_LEAF_WIDTH, // places of points that are gathered
-    CO_TILE_TRIS = 2 * CO_TILE_SQUARES * CO_TILE_SQUARES
+    CO_GRID_SLOTS = 3 * CO_LEAF_WIDTH // places of points that are gathered
 };
 
 typedef struct CoGridLeaf {

@@ -26,6 +26,13 @@ typedef struct Displacement {
 
 // ---- Which triangles meet at a point -----------------------------------------------------------
 
+// False for triangles that have collapsed (patch.h): they have no place on the surface.
+static bool load_corners(const CoMesh *mesh, uint32_t tri, uint32_t point[3])
+{
+    co_mesh_triangle(mesh, tri, point);
+    return point[0] != point[1] && point[1] != point[2] && point[2] != point[0];
+}
+
 static bool find_uses(Displacement *d)
 {
     const CoMesh *mesh = d->mesh;
@@ -36,14 +43,16 @@ static bool find_uses(Displacement *d)
     // Counted two places on, so that filling in leaves each beginning where it belongs.
     uint32_t point[3];
     for (uint32_t t = 0; t < mesh->tri_count; t++) {
-        co_mesh_triangle(mesh, t, point);
+        if (!load_corners(mesh, t, point))
+            continue;
         for (int c = 0; c < 3; c++)
             d->first[(size_t)point[c] + 2]++;
     }
     for (size_t p = 2; p < mesh->point_count + (size_t)2; p++)
         d->first[p] += d->first[p - 1];
     for (uint32_t t = 0; t < mesh->tri_count; t++) {
-        co_mesh_triangle(mesh, t, point);
+        if (!load_corners(mesh, t, point))
+            continue;
         for (int c = 0; c < 3; c++)
             d->uses[d->first[(size_t)point[c] + 1]++] = t;
     }
@@ -179,7 +188,7 @@ static bool lay_out_corners(Displacement *d, size_t *count)
     }
     size_t next = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) {
-        size_t own = co_grid_corner_count(s->grid, s->level, co_grid_valence(s, f));
+        size_t own = co_grid_corner_count(s->grid, co_grid_level(s, f), co_grid_valence(s, f));
         size_t begin = first ? next : s->corner_first[f];
         if (first)
             first[f] = (uint32_t)next;
@@ -281,8 +290,8 @@ static void move_centers(Displacement *d)
 {
     const CoMeshShading *s = d->shading;
     for (uint32_t t = 0; s->face_centers && t < d->mesh->tri_count; t++) {
-        uint32_t face = s->unit_face[t];
-        if (t > 0 && s->unit_face[t - 1] == face)
+        uint32_t face = s->tri_face[t];
+        if (t > 0 && s->tri_face[t - 1] == face)
             continue;
         uint32_t count = co_grid_valence(s, face);
         double sum[3] = {0.0, 0.0, 0.0};

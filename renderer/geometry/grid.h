@@ -1,10 +1,10 @@
 // Where a triangle lies in its cage face: inverse of the numbering the tessellator uses.
 //
-// Quad face at level L: n = 2^L squares a side, square (i, j) row by row, two triangles each:
-// (i,j) (i+1,j) (i+1,j+1) and (i,j) (i+1,j+1) (i,j+1). An n-gon: its sub-quads one after the other,
-// each with 2^(L-1) squares a side; at level 0 a fan (v[k], v[k+1], center).
-// Loop triangle: rows j of points (i, j), i + j <= n; a row alternates (i,j) (i+1,j) (i,j+1) and
-// (i+1,j) (i+1,j+1) (i,j+1).
+// Quad face at level L: n = 2^L squares a side, triangles as patch.h has them. An n-gon: its
+// sub-quads one after the other, each with 2^(L-1) squares a side; at level 0 a fan (v[k], v[k+1],
+// center).
+// Loop triangle: rows j of points (i, j), i + j <= n, which is (i + j, j) in patch.h; a row
+// alternates (i,j) (i+1,j) (i,j+1) and (i+1,j) (i+1,j+1) (i,j+1).
 // Corner elements: points of these grids row by row, sub-quads one after the other and not shared;
 // a fan: its vertices, then its center; polygons: face-vertices.
 
@@ -32,28 +32,7 @@ static inline uint32_t co_grid_face(const CoMeshShading *s, uint32_t tri)
 {
     if (s->patches)
         return co_grid_patch_face(s->patches, co_patch_of(s->patches, tri));
-    return s->unit_face[tri >> s->unit_shift];
-}
-
-// Smallest r with r * r >= x, for 1 <= x <= 2^20: exact in double.
-static inline uint32_t co_grid_ceil_sqrt(uint32_t x)
-{
-    return (uint32_t)ceil(sqrt((double)x));
-}
-
-static inline void co_grid_place_triangle(uint32_t n, uint32_t local, CoGridPlace *p)
-{
-    // Rows j and above hold (n - j)^2 triangles.
-    uint32_t j = n - co_grid_ceil_sqrt(n * n - local);
-    uint32_t k = local - (n * n - (n - j) * (n - j));
-    uint32_t i = k >> 1;
-    bool down = k & 1;
-    p->i[0] = down ? i + 1 : i;
-    p->j[0] = j;
-    p->i[1] = i + 1;
-    p->j[1] = down ? j + 1 : j;
-    p->i[2] = i;
-    p->j[2] = j + 1;
+    return s->tri_face[tri];
 }
 
 static inline CoGridPlace co_grid_place_patch(const CoMeshShading *s, uint32_t tri)
@@ -64,11 +43,12 @@ static inline CoGridPlace co_grid_place_patch(const CoMeshShading *s, uint32_t t
     p.valence = co_grid_valence(s, p.face);
     p.sub = s->face_patch ? p.patch - s->face_patch[p.face] : 0;
     const uint32_t *words = co_patch_words(table, p.patch);
-    if (co_patch_is_fan(table, words))
+    if (co_patch_is_fan(table, words) && !table->is_triangular)
         return p;
-    uint32_t shift = co_patch_shift(table, words);
-    p.n = 1u << shift;
-    co_patch_corners(shift, tri - co_patch_first_tri(table, p.patch), p.i, p.j);
+    p.n = 1u << co_patch_shift(table, words);
+    co_patch_corners(table, words, tri - co_patch_first_tri(table, p.patch), p.i, p.j);
+    for (int c = 0; table->is_triangular && c < 3; c++)
+        p.i[c] -= p.j[c];
     return p;
 }
 
@@ -78,11 +58,16 @@ static inline CoGridPlace co_grid_place(const CoMeshShading *s, uint32_t tri)
         return co_grid_place_patch(s, tri);
     CoGridPlace p = {.face = co_grid_face(s, tri)};
     p.valence = co_grid_valence(s, p.face);
-    if (s->grid == CO_GRID_TRIANGLE) {
-        p.n = 1u << s->level;
-        co_grid_place_triangle(p.n, tri - s->face_first_tri[p.face], &p);
-    }
     return p;
+}
+
+// The level of a face that has triangles.
+static inline uint32_t co_grid_level(const CoMeshShading *s, uint32_t face)
+{
+    if (!s->patches || !s->patches->is_mixed)
+        return s->level;
+    const uint32_t *words = co_patch_words(s->patches, s->face_patch[face]);
+    return co_patch_shift(s->patches, words) + (words[CO_PATCH_INNER] >> 31);
 }
 
 // Number of corner elements of a face.

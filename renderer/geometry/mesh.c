@@ -140,6 +140,7 @@ static bool same_words(const uint32_t *a, const uint32_t *b, size_t count)
 static bool same_patches(const CoPatchTable *a, const CoPatchTable *b)
 {
     return a->level == b->level && a->count == b->count && a->stride == b->stride &&
+           a->is_triangular == b->is_triangular &&
            same_words(a->words, b->words, (size_t)a->count * a->stride) &&
            same_words(a->first_tri, b->first_tri, (size_t)a->count + 1);
 }
@@ -173,7 +174,8 @@ void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out)
     if (mesh->patches)
         out->topology += array_bytes(shading, mesh->patches->words) +
                          array_bytes(shading, mesh->patches->first_tri) +
-                         array_bytes(shading, mesh->patches->tri_patch);
+                         array_bytes(shading, mesh->patches->tri_patch) +
+                         array_bytes(shading, mesh->patches->first_tile);
     out->normals = array_bytes(shading, shading->limit_normals) +
                    array_bytes(shading, shading->normals.values) +
                    array_bytes(shading, shading->normals.indices);

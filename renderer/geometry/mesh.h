@@ -1,8 +1,8 @@
 // A committed mesh: tessellated once, points shared by index, with what shading asks of it.
 //
-// A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv at a uniform
-// level (each limit vertex evaluated once, edge interiors once in one direction, then face
-// interiors), polygons triangulated. Triangles are numbered in face order: all of face 0, then face
+// A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv, uniformly or
+// by edges of their own levels (each limit vertex evaluated once, edge interiors once in one
+// direction, then face interiors), polygons triangulated. Triangles are numbered in face order: all of face 0, then face
 // 1 ... so "tri" orders like (face, sub-triangle).
 // Space: object. Threads: read-only after creation.
 
@@ -17,7 +17,7 @@
 typedef struct CoMesh {
     const float *points;     // [point_count * 3], finite
     const uint32_t *indices; // [tri_count * 3] into points, wound as authored; or
-    const CoPatchTable *patches; // of subdivided quads, which have no indices; else NULL
+    const CoPatchTable *patches; // of subdivided meshes, which have no indices; else NULL
     uint32_t point_count, tri_count;
     uint32_t face_count;     // faces of the cage
     uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)

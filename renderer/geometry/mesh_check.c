@@ -9,6 +9,11 @@ static bool check_sizes(CoMeshBuild *build)
                   "unknown subdivision scheme %d", (int)d->scheme);
     CO_MESH_CHECK(build, d->level <= 10 || d->scheme == COHORT_SCHEME_NONE, COHORT_ERROR_ARGUMENT,
                   "subdivision level %u, at most 10 is possible", d->level);
+    for (size_t k = 0; d->edge_levels && k < d->face_vertex_index_count; k++)
+        CO_MESH_CHECK(build, d->edge_levels[k] <= 10 || d->scheme == COHORT_SCHEME_NONE,
+                      COHORT_ERROR_ARGUMENT,
+                      "subdivision level %u of edge %zu, at most 10 is possible", d->edge_levels[k],
+                      k);
     CO_MESH_CHECK(build,
                   d->point_count < INT32_MAX && d->face_count < INT32_MAX &&
                       d->face_vertex_index_count < INT32_MAX,

@@ -45,14 +45,12 @@ typedef struct CoPrimvar {
 typedef struct CoMeshShading {
     CoMeshBlock *blocks; // owns every array here and in CoMesh
     CoGridKind grid;
-    uint32_t level;
+    uint32_t level; // of the finest face
     bool left_handed;
     bool is_bilinear;
-    const CoPatchTable *patches;    // of quad grids, the mesh's
-    const uint32_t *face_patch;     // [face_count] first patch, where a face has several; else NULL
-    uint32_t unit_shift;            // other grids: triangles per face, log2
-    const uint32_t *unit_face;      // [tri_count >> unit_shift]
-    const uint32_t *face_first_tri; // [face_count]; loop grids only
+    const CoPatchTable *patches;    // of subdivided meshes, the mesh's
+    const uint32_t *face_patch;     // [face_count] first patch; NULL: every face has one of its own
+    const uint32_t *tri_face;       // polygons: [tri_count]
     const uint32_t *corner_first;   // [face_count] first corner element; NULL if nothing asks
     const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face
     const uint32_t *tri_corners;    // polygon grids: [tri_count * 3] face-vertices

@@ -1,35 +1,53 @@
-// Points of subdivided quads without an index array.
+// Points of subdivided faces without an index array.
 //
 // A patch has m x m squares of two triangles each: a quad face of the cage with m = 2^level, or a
 // sub-quad of another face with half as many a side. Grid point (i, j), 0 <= i, j <= m, is a
 // corner, lies on an edge or inside; each of these is a run of points, so a patch is the four
 // corners, the beginnings of four edges and of its inside. At level 0 it is a quad, or one triangle
-// of a fan. Triangles of a patch: those of square (i, j), row by row, (i,j) (i+1,j) (i+1,j+1) and
-// (i,j) (i+1,j+1) (i,j+1); those of patches one after the other.
+// (of a fan, or of a Loop mesh). Triangles of a patch: those of square (i, j), row by row,
+// (i,j) (i+1,j) (i+1,j+1) and (i,j) (i+1,j+1) (i,j+1); those of patches one after the other.
+//
+// A triangular patch (Loop) is what of that lies at i >= j: of squares on the diagonal their first
+// triangle. Its corners are (0,0) (m,0) (m,m), its edges j = 0, i = m and the diagonal. In a row
+// the second triangle of a square stands before its first.
+//
+// In mixed tables patches have m of their own, and an edge may be coarser than its patch, by a
+// power of two. Then grid points on it stand for the nearest of its points: some triangles along it
+// become wider, and as many collapse, having two corners that are one point; so the face beside it,
+// finer or coarser, has the same points there. No other triangle collapses or turns over.
 
 #ifndef CO_GEOMETRY_PATCH_H
 #define CO_GEOMETRY_PATCH_H
 
+#include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 // What the words of a patch are.
 enum {
-    CO_PATCH_CORNER = 0, // points (0,0) (m,0) (m,m) (0,m); the last of a fan's triangle is NONE
-    CO_PATCH_EDGE = 4,   // j = 0 and i = m, j = m and i = 0: point t is the word + t, flagged - t
-    CO_PATCH_INNER = 8,  // point (1,1), then row by row; flagged: a sub-quad
-    CO_PATCH_WORDS = 9   // at level 0 the corners alone
+    CO_PATCH_CORNER = 0, // points (0,0) (m,0) (m,m) (0,m); the last of a single triangle is NONE
+    CO_PATCH_EDGE = 4,  // j = 0 and i = m, j = m and i = 0 (triangular: j = 0, i = m, i = j): point
+                        // t of the edge's own is the word + t, flagged - t
+    CO_PATCH_INNER = 8, // first point inside, then row by row; flagged: a sub-quad
+    CO_PATCH_WORDS = 9, // at level 0 the corners alone
+    CO_PATCH_RATES = 9, // mixed: log2 of m, then for each edge by how many halvings it is coarser,
+                        // four bits each
+    CO_PATCH_WORDS_MIXED = 10
 };
 #define CO_PATCH_FLAG 0x80000000u
 #define CO_PATCH_NONE 0xffffffffu
 
 typedef struct CoPatchTable {
-    uint32_t level;
-    uint32_t count, stride;    // patches, and words of one
-    const uint32_t *words;     // [count * stride]
-    const uint32_t *first_tri; // [count + 1], NULL: all are whole quads, patch << (2 level + 1)
-    const uint32_t *tri_patch; // with first_tri: the patch of triangle k << (2 level + 1)
-    const uint32_t *face;      // [count] face of the cage, NULL: patch k is face k
+    uint32_t level; // of the finest face
+    bool is_triangular, is_mixed;
+    uint32_t count, stride;     // patches, and words of one
+    const uint32_t *words;      // [count * stride]
+    uint32_t unit_shift;        // log2 of triangles per patch, or of what tri_patch counts
+    const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
+    const uint32_t *tri_patch;  // with first_tri: patch of triangle k << unit_shift, then the last
+    const uint32_t *first_tile; // [count + 1], with first_tri above level 3: see co_patch_tile
+    const uint32_t *face;       // [count] face of the cage, NULL: patch k is face k
 } CoPatchTable;
 
 static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t patch)
@@ -37,6 +55,7 @@ static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t
     return table->words + (size_t)patch * table->stride;
 }
 
+// Whether it is one triangle.
 static inline uint32_t co_patch_is_fan(const CoPatchTable *table, const uint32_t *words)
 {
     return table->level == 0 && words[3] == CO_PATCH_NONE;
@@ -45,57 +64,183 @@ static inline uint32_t co_patch_is_fan(const CoPatchTable *table, const uint32_t
 // log2 of the squares a side.
 static inline uint32_t co_patch_shift(const CoPatchTable *table, const uint32_t *words)
 {
+    if (table->is_mixed)
+        return words[CO_PATCH_RATES] & 15u;
     return table->level == 0 ? 0 : table->level - (words[CO_PATCH_INNER] >> 31);
 }
 
 static inline uint32_t co_patch_first_tri(const CoPatchTable *table, uint32_t patch)
 {
-    return table->first_tri ? table->first_tri[patch] : patch << (2 * table->level + 1);
+    return table->first_tri ? table->first_tri[patch] : patch << table->unit_shift;
+}
+
+// The last patch from `low` to `high` whose entry is not above `value`; that of `low` is not.
+static inline uint32_t co_patch_search(const uint32_t *first, uint32_t low, uint32_t high,
+                                       uint32_t value)
+{
+    while (low < high) {
+        uint32_t middle = low + (high - low + 1) / 2;
+        bool is_above = first[middle] > value;
+        low = is_above ? low : middle;
+        high = is_above ? middle - 1 : high;
+    }
+    return low;
 }
 
 // The patch of a triangle.
 static inline uint32_t co_patch_of(const CoPatchTable *table, uint32_t tri)
 {
-    uint32_t patch = tri >> (2 * table->level + 1);
+    uint32_t unit = tri >> table->unit_shift;
     if (!table->first_tri)
-        return patch;
-    // A whole quad has as many triangles as four sub-quads: this takes at most a few steps.
-    patch = table->tri_patch[patch];
-    while (table->first_tri[patch + 1] <= tri)
-        patch++;
+        return unit;
+    return co_patch_search(table->first_tri, table->tri_patch[unit], table->tri_patch[unit + 1],
+                           tri);
+}
+
+// ---- Places in a patch -------------------------------------------------------------------------
+
+// Squares of row j of a triangular patch are preceded by so many triangles of the patch.
+static inline uint32_t co_patch_row(uint32_t m, uint32_t j)
+{
+    return m * m - (m - j) * (m - j);
+}
+
+// Where point t along an edge goes, that is coarser by so many halvings. Halves go up.
+static inline uint32_t co_patch_round(uint32_t t, uint32_t drop)
+{
+    return (t + (1u << drop >> 1)) >> drop << drop;
+}
+
+static inline uint32_t co_patch_drop(const CoPatchTable *table, const uint32_t *words,
+                                     uint32_t edge)
+{
+    return table->is_mixed ? words[CO_PATCH_RATES] >> (4 + 4 * edge) & 15u : 0;
+}
+
+// Moves a grid point of a mixed table to where it stands for. On the diagonal halves go down: two
+// edges that both rounded away from their corner would leave a triangle without area there.
+static inline void co_patch_settle(const CoPatchTable *table, const uint32_t *words, uint32_t m,
+                                   uint32_t *i, uint32_t *j)
+{
+    if (*j == 0)
+        *i = co_patch_round(*i, co_patch_drop(table, words, 0));
+    else if (*i == m)
+        *j = co_patch_round(*j, co_patch_drop(table, words, 1));
+    else if (table->is_triangular && *i == *j)
+        *i = *j = m - co_patch_round(m - *i, co_patch_drop(table, words, 2));
+    else if (!table->is_triangular && *j == m)
+        *i = co_patch_round(*i, co_patch_drop(table, words, 2));
+    else if (*i == 0)
+        *j = co_patch_round(*j, co_patch_drop(table, words, 3));
+}
+
+// Grid points of the corners of triangle `local` of a patch.
+static inline void co_patch_corners(const CoPatchTable *table, const uint32_t *words,
+                                    uint32_t local, uint32_t i[3], uint32_t j[3])
+{
+    uint32_t shift = co_patch_shift(table, words), m = 1u << shift, upper;
+    if (table->is_triangular) {
+        // Rows j and above hold (m - j)^2 triangles; the root is exact in double.
+        j[0] = m - (uint32_t)ceil(sqrt((double)(m * m - local)));
+        uint32_t k = local - co_patch_row(m, j[0]);
+        upper = k & 1u;
+        i[0] = j[0] + ((k + 1) >> 1);
+    } else {
+        upper = local & 1u;
+        i[0] = local >> 1 & (m - 1u);
+        j[0] = local >> 1 >> shift;
+    }
+    i[1] = i[0] + 1;
+    j[1] = j[0] + upper;
+    i[2] = i[1] - upper;
+    j[2] = j[0] + 1;
+    for (int c = 0; table->is_mixed && c < 3; c++)
+        co_patch_settle(table, words, m, &i[c], &j[c]);
+}
+
+// ---- Tiles: 8 x 8 squares, or a whole patch that is smaller; tables above level 3 --------------
+
+enum {
+    CO_PATCH_TILE_SHIFT = 3
+};
+
+// Tiles of a patch with 2^shift squares a side: row by row, those of triangular patches at i >= j.
+static inline uint32_t co_patch_tiles(const CoPatchTable *table, uint32_t shift)
+{
+    uint32_t side = shift > CO_PATCH_TILE_SHIFT ? 1u << (shift - CO_PATCH_TILE_SHIFT) : 1;
+    return table->is_triangular ? side * (side + 1) / 2 : side * side;
+}
+
+static inline uint32_t co_patch_tile_count(const CoPatchTable *table)
+{
+    return table->first_tile ? table->first_tile[table->count]
+                             : table->count * co_patch_tiles(table, table->level);
+}
+
+// The patch of a tile, and the first square of it.
+static inline uint32_t co_patch_tile(const CoPatchTable *table, uint32_t tile, uint32_t *i,
+                                     uint32_t *j)
+{
+    uint32_t all = co_patch_tiles(table, table->level), patch, number, row = 0;
+    patch = table->first_tile ? co_patch_search(table->first_tile, 0, table->count - 1, tile)
+                              : tile / all;
+    number = tile - (table->first_tile ? table->first_tile[patch] : patch * all);
+    uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
+    uint32_t side = shift > CO_PATCH_TILE_SHIFT ? 1u << (shift - CO_PATCH_TILE_SHIFT) : 1;
+    if (table->is_triangular) {
+        for (; number >= side - row; row++)
+            number -= side - row;
+        number += row;
+    } else {
+        row = number / side;
+        number %= side;
+    }
+    *i = number << CO_PATCH_TILE_SHIFT;
+    *j = row << CO_PATCH_TILE_SHIFT;
     return patch;
 }
 
-// Point t of an edge, 0 < t < m.
+// ---- Points ------------------------------------------------------------------------------------
+
+// Point t of an edge's own.
 static inline uint32_t co_patch_edge_point(const uint32_t *words, uint32_t edge, uint32_t t)
 {
     uint32_t word = words[CO_PATCH_EDGE + edge];
     return word & CO_PATCH_FLAG ? (word & ~CO_PATCH_FLAG) - t : word + t;
 }
 
-// The point at (i, j) of a patch with m squares a side.
-static inline uint32_t co_patch_point(const uint32_t *words, uint32_t m, uint32_t i, uint32_t j)
+// Point (i, j) inside a patch, less i.
+static inline uint32_t co_patch_inner_row(const CoPatchTable *table, const uint32_t *words,
+                                          uint32_t m, uint32_t j)
 {
-    uint32_t on_i = i == 0 || i == m, on_j = j == 0 || j == m;
-    if (on_i && on_j)
-        return words[j ? (i ? 2 : 3) : (i ? 1 : 0)];
-    if (on_j)
-        return co_patch_edge_point(words, j ? 2 : 0, i);
-    if (on_i)
-        return co_patch_edge_point(words, i ? 1 : 3, j);
-    return (words[CO_PATCH_INNER] & ~CO_PATCH_FLAG) + (j - 1) * (m - 1) + i - 1;
+    uint32_t first = words[CO_PATCH_INNER] & ~CO_PATCH_FLAG;
+    return table->is_triangular ? first + (j - 1) * (2 * m - 2 - j) / 2 - j - 1
+                                : first + (j - 1) * (m - 1) - 1;
 }
 
-// Grid points of the corners of triangle `local` of a patch with 2^shift squares a side.
-static inline void co_patch_corners(uint32_t shift, uint32_t local, uint32_t i[3], uint32_t j[3])
+// The edge of a patch that holds a grid point other than a corner; 4: none.
+static inline uint32_t co_patch_edge_of(const CoPatchTable *table, uint32_t m, uint32_t i,
+                                        uint32_t j)
 {
-    uint32_t square = local >> 1, upper = local & 1u;
-    i[0] = square & ((1u << shift) - 1u);
-    j[0] = square >> shift;
-    i[1] = i[0] + 1;
-    j[1] = j[0] + upper;
-    i[2] = i[1] - upper;
-    j[2] = j[0] + 1;
+    if (j == 0 || i == m)
+        return j == 0 ? 0 : 1;
+    if (table->is_triangular)
+        return i == j ? 2 : 4;
+    return j == m ? 2 : i == 0 ? 3 : 4;
+}
+
+// The point at (i, j) of a patch with m squares a side; in mixed tables settled.
+static inline uint32_t co_patch_point(const CoPatchTable *table, const uint32_t *words, uint32_t m,
+                                      uint32_t i, uint32_t j)
+{
+    bool on_i = i == 0 || i == m, on_j = j == 0 || j == m;
+    if (on_i && on_j)
+        return words[j ? (i ? 2 : 3) : (i ? 1 : 0)];
+    uint32_t edge = co_patch_edge_of(table, m, i, j);
+    if (edge == 4)
+        return co_patch_inner_row(table, words, m, j) + i;
+    uint32_t t = edge & 1u ? j : i;
+    return co_patch_edge_point(words, edge, t >> co_patch_drop(table, words, edge));
 }
 
 // The three points of a triangle.
@@ -108,10 +253,10 @@ static inline void co_patch_triangle(const CoPatchTable *table, uint32_t tri, ui
             out[c] = words[c];
         return;
     }
-    uint32_t shift = co_patch_shift(table, words);
-    co_patch_corners(shift, tri - co_patch_first_tri(table, patch), i, j);
+    uint32_t m = 1u << co_patch_shift(table, words);
+    co_patch_corners(table, words, tri - co_patch_first_tri(table, patch), i, j);
     for (int c = 0; c < 3; c++)
-        out[c] = co_patch_point(words, 1u << shift, i[c], j[c]);
+        out[c] = co_patch_point(table, words, m, i[c], j[c]);
 }
 
 #endif

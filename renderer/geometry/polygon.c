@@ -260,7 +260,7 @@ static bool build_triangles(CoMeshBuild *build, PolygonJob *job, uint32_t *first
     job->first_tri = first_tri;
     co_parallel_for(d->face_count, 1024, triangulate_faces, job);
     build->shading->tri_corners = job->tri_corners;
-    build->shading->unit_face = job->tri_face;
+    build->shading->tri_face = job->tri_face;
     build->mesh->indices = job->indices;
     build->mesh->tri_count = tri_count;
     return true;

@@ -148,7 +148,7 @@ static void corner_ptex(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, 
     } else {
         // A quad's two triangles: their least face-vertices are corner 0 and corner 0 or 1.
         const uint32_t *corners = s->tri_corners + 3 * (size_t)tri;
-        bool is_second = tri > 0 && s->unit_face[tri - 1] == g->face;
+        bool is_second = tri > 0 && s->tri_face[tri - 1] == g->face;
         const uint32_t *first = is_second ? corners - 3 : corners;
         for (int c = 0; c < 3; c++) {
             uv[c][0] = quad_uv[corners[c] - first[0]][0];

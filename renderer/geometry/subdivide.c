@@ -1,6 +1,5 @@
 #include "geometry/subdivide.h"
 
-#include "base/parallel.h"
 #include "geometry/grid.h"
 
 uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, uint32_t k,
@@ -10,13 +9,14 @@ uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, u
     uint32_t ends[2];
     co_osd_edge_vertices(s->osd, edge, ends);
     bool forward = ends[0] == (uint32_t)s->indices[s->first[face] + k];
-    return co_subdivision_edge_point(s, edge) + (forward ? i : s->n - i) - 1;
+    uint32_t n = 1u << co_subdivision_edge_level(s, edge);
+    return co_subdivision_edge_point(s, edge) + (forward ? i : n - i) - 1;
 }
 
 // Points inside a face.
 static uint64_t inner_point_count(const CoSubdivision *s, uint32_t face)
 {
-    uint64_t n = s->n, valence = (uint64_t)s->counts[face];
+    uint64_t n = 1ull << co_subdivision_face_level(s, face), valence = (uint64_t)s->counts[face];
     if (s->grid == CO_GRID_TRIANGLE)
         return (n - 1) * (n > 1 ? n - 2 : 0) / 2;
     if (!co_subdivision_is_split(s, face))
@@ -30,21 +30,34 @@ static bool check_totals(CoMeshBuild *build, uint64_t points, uint64_t tris, uin
     CO_MESH_CHECK(build, points < INT32_MAX && tris < INT32_MAX && corners < UINT32_MAX,
                   COHORT_ERROR_LIMIT,
                   "level %u makes %llu triangles, more than 2^31: lower the level",
-                  build->desc->level, (unsigned long long)tris);
+                  build->shading->level, (unsigned long long)tris);
     return true;
+}
+
+// Points of the cage and on its edges.
+static uint64_t count_outer_points(CoSubdivision *s)
+{
+    uint64_t points = s->build->desc->point_count;
+    uint32_t edge_count = co_osd_edge_count(s->osd);
+    if (!s->edge_level)
+        return points + (uint64_t)edge_count * ((1u << s->level) - 1);
+    for (uint32_t e = 0; e < edge_count; e++) {
+        s->edge_point[e] = (uint32_t)points;
+        points += (1u << s->edge_level[e]) - 1;
+    }
+    return points;
 }
 
 // Finds the first point, triangle and corner element of each face.
 static bool lay_out(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
-    uint32_t level = build->desc->level;
-    uint64_t points = build->desc->point_count + (uint64_t)co_osd_edge_count(s->osd) * (s->n - 1);
-    uint64_t tris = 0, corners = 0;
+    uint64_t points = count_outer_points(s), tris = 0, corners = 0;
     s->patch_count = 0;
     s->has_split = false;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t cage = co_subdivision_cage_face(s, f), valence = (uint32_t)s->counts[f];
+        uint32_t level = co_subdivision_face_level(s, f);
         s->face_point[f] = (uint32_t)points;
         s->face_patch[f] = s->patch_count;
         s->first_tri[cage] = (uint32_t)tris;
@@ -62,69 +75,6 @@ static bool lay_out(CoSubdivision *s)
     s->point_count = (uint32_t)points;
     s->corner_count = (uint32_t)corners;
     build->mesh->tri_count = (uint32_t)tris;
-    return true;
-}
-
-static uint32_t triangle_point(const CoSubdivision *s, uint32_t face, uint32_t i, uint32_t j)
-{
-    uint32_t n = s->n;
-    const int32_t *vertex = s->indices + s->first[face];
-    if (i == n || j == n || i + j == 0)
-        return (uint32_t)vertex[i == n ? 1 : j == n ? 2 : 0];
-    if (j == 0)
-        return co_subdivision_face_edge_point(s, face, 0, i);
-    if (i + j == n)
-        return co_subdivision_face_edge_point(s, face, 1, j);
-    if (i == 0)
-        return co_subdivision_face_edge_point(s, face, 2, n - j);
-    // Inner rows j = 1 .. n - 2 hold n - 1 - j points.
-    return s->face_point[face] + (j - 1) * (2 * n - 2 - j) / 2 + i - 1;
-}
-
-typedef struct TriangleJob {
-    const CoSubdivision *s;
-    uint32_t *indices;
-} TriangleJob;
-
-static void index_faces(void *context, size_t begin, size_t end, uint32_t worker)
-{
-    (void)worker;
-    const TriangleJob *job = context;
-    const CoSubdivision *s = job->s;
-    const CoMeshShading *shading = s->build->shading;
-    for (uint32_t f = (uint32_t)begin; f < end; f++) {
-        if (!s->is_live[f])
-            continue;
-        uint32_t first = shading->face_first_tri[co_subdivision_cage_face(s, f)];
-        uint64_t count = co_grid_tri_count(s->grid, shading->level, (uint32_t)s->counts[f]);
-        for (uint32_t tri = first; tri < first + count; tri++) {
-            CoGridPlace place = co_grid_place(shading, tri);
-            for (int c = 0; c < 3; c++)
-                job->indices[3 * (size_t)tri + (size_t)c] =
-                    triangle_point(s, f, place.i[c], place.j[c]);
-        }
-    }
-}
-
-// Loop grids: indices, and the face of each run of triangles.
-static bool make_triangles(CoSubdivision *s)
-{
-    CoMeshBuild *build = s->build;
-    CoMeshShading *shading = build->shading;
-    size_t tri_count = build->mesh->tri_count;
-    uint32_t *indices = co_mesh_keep(build, tri_count, 3 * sizeof *indices);
-    shading->unit_shift = 2 * build->desc->level;
-    uint32_t *unit_face = co_mesh_keep(build, tri_count >> shading->unit_shift, sizeof *unit_face);
-    CO_MESH_CHECK_MEMORY(build, indices);
-    CO_MESH_CHECK_MEMORY(build, unit_face);
-    uint32_t unit = 0;
-    for (uint32_t f = 0; f < s->face_count; f++)
-        if (s->is_live[f])
-            unit_face[unit++] = co_subdivision_cage_face(s, f);
-    shading->unit_face = unit_face;
-    TriangleJob job = {.s = s, .indices = indices};
-    co_parallel_for(s->face_count, 256, index_faces, &job);
-    build->mesh->indices = indices;
     return true;
 }
 
@@ -180,7 +130,8 @@ static bool face_is_finite(const CoSubdivision *s, uint32_t face)
     const CoMesh *mesh = s->build->mesh;
     uint32_t cage = co_subdivision_cage_face(s, face), point[3];
     uint32_t first = s->first_tri[cage];
-    uint64_t count = co_grid_tri_count(s->grid, s->build->desc->level, (uint32_t)s->counts[face]);
+    uint64_t count =
+        co_grid_tri_count(s->grid, co_subdivision_face_level(s, face), (uint32_t)s->counts[face]);
     for (uint32_t tri = first; tri < first + count; tri++) {
         co_mesh_triangle(mesh, tri, point);
         for (int c = 0; c < 3; c++)
@@ -220,11 +171,10 @@ static bool allocate_layout(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     size_t point_count = build->desc->point_count, face_count = build->desc->face_count;
-    bool keep_corners = has_corner_values(s), is_loop = s->grid == CO_GRID_TRIANGLE;
-    CoMeshBlock **kept = &build->shading->blocks, **scratch = &build->scratch;
-    s->first_tri = co_mesh_block_alloc(is_loop ? kept : scratch, face_count, sizeof *s->first_tri);
-    s->corner_first =
-        co_mesh_block_alloc(keep_corners ? kept : scratch, face_count, sizeof *s->corner_first);
+    bool keep_corners = has_corner_values(s);
+    CoMeshBlock **corners = keep_corners ? &build->shading->blocks : &build->scratch;
+    s->first_tri = co_mesh_scratch(build, face_count, sizeof *s->first_tri);
+    s->corner_first = co_mesh_block_alloc(corners, face_count, sizeof *s->corner_first);
     s->face_point = co_mesh_scratch(build, s->face_count, sizeof *s->face_point);
     s->face_patch = co_mesh_scratch(build, s->face_count, sizeof *s->face_patch);
     s->is_live = co_mesh_scratch(build, s->face_count, 1);
@@ -237,7 +187,6 @@ static bool allocate_layout(CoSubdivision *s)
     CO_MESH_CHECK_MEMORY(build, s->is_live);
     CO_MESH_CHECK_MEMORY(build, s->vertex_owner);
     CO_MESH_CHECK_MEMORY(build, s->edge_owner);
-    build->shading->face_first_tri = is_loop ? s->first_tri : NULL;
     build->shading->corner_first = keep_corners ? s->corner_first : NULL;
     return true;
 }
@@ -250,10 +199,7 @@ static bool tessellate(CoSubdivision *s)
         return false;
     for (;;) {
         find_owners(s);
-        bool has_room =
-            lay_out(s) &&
-            (s->grid == CO_GRID_TRIANGLE ? make_triangles(s) : co_subdivision_make_patches(s));
-        if (!has_room || !co_subdivision_eval(s))
+        if (!lay_out(s) || !co_subdivision_make_patches(s) || !co_subdivision_eval(s))
             return false;
         size_t dropped = drop_overflown(s);
         if (dropped == 0)
@@ -276,9 +222,8 @@ bool co_mesh_build_subdivision(CoMeshBuild *build)
     const CohortMeshDesc *d = build->desc;
     CoSubdivision s = {.build = build,
                        .grid = d->scheme == COHORT_SCHEME_LOOP ? CO_GRID_TRIANGLE : CO_GRID_QUAD,
-                       .n = 1u << d->level};
+                       .level = co_subdivision_finest(d)};
     build->shading->grid = s.grid;
-    build->shading->level = d->level;
     build->shading->is_bilinear = d->scheme == COHORT_SCHEME_BILINEAR;
     if (!co_mesh_copy_primvars(build) || !co_subdivision_make_cage(&s))
         return false;
@@ -286,7 +231,7 @@ bool co_mesh_build_subdivision(CoMeshBuild *build)
         build->shading->primvar_count = 0;
         return true;
     }
-    bool ok = co_subdivision_make_osd(&s) && tessellate(&s);
+    bool ok = co_subdivision_make_osd(&s) && co_subdivision_make_rates(&s) && tessellate(&s);
     co_osd_destroy(s.osd);
     return ok;
 }

@@ -1,11 +1,12 @@
-// Subdivision in three steps: the cage as OpenSubdiv takes it (subdivide_cage.c), the layout of
-// points and triangles (subdivide.c, subdivide_patch.c), and limit values at the points
-// (subdivide_eval.c).
+// Subdivision in four steps: the cage as OpenSubdiv takes it (subdivide_cage.c), how fine its edges
+// and faces become (subdivide_rates.c), the layout of points and triangles (subdivide.c,
+// subdivide_patch.c), and limit values at the points (subdivide_eval.c).
 //
 // Points lie in this order: one per vertex of the cage; those inside each edge, from its first to
 // its second vertex; those inside each face. The lowest live face at a vertex or edge owns its
 // points and evaluates them once; all faces refer to them by index. Terms: live = has a limit
-// surface and is not dropped; n = segments per cage edge, 2^level.
+// surface and is not dropped; level = log2 of the segments of an edge; a face has the level of its
+// finest edge.
 
 #ifndef CO_GEOMETRY_SUBDIVIDE_H
 #define CO_GEOMETRY_SUBDIVIDE_H
@@ -17,7 +18,10 @@ typedef struct CoSubdivision {
     CoMeshBuild *build;
     CoOsdMesh *osd;
     CoGridKind grid;
-    uint32_t n;
+    // Levels, the finest at first as asked for. Uniform: all arrays are NULL.
+    uint32_t level;
+    uint8_t *edge_level, *face_level;
+    uint32_t *edge_point; // [edges] first point inside
     // The cage without faces OpenSubdiv cannot take. All scratch or the description's.
     uint32_t face_count, fv_count;
     const int32_t *counts, *indices;
@@ -28,7 +32,7 @@ typedef struct CoSubdivision {
     // Layout.
     uint32_t *face_point;               // [face_count] first point inside
     uint32_t *first_tri, *corner_first; // [faces of the description]
-    uint32_t *face_patch;               // [face_count] first patch; quad grids
+    uint32_t *face_patch;               // [face_count] first patch
     uint32_t patch_count;
     bool has_split;   // some live face has sub-quads or fan triangles
     uint8_t *is_live; // [face_count]
@@ -58,19 +62,34 @@ static inline uint32_t co_subdivision_patch_count(const CoSubdivision *s, uint32
     return co_subdivision_is_split(s, face) ? (uint32_t)s->counts[face] : 1;
 }
 
-// First point inside an edge; there are n - 1.
-static inline uint32_t co_subdivision_edge_point(const CoSubdivision *s, uint32_t edge)
+static inline uint32_t co_subdivision_edge_level(const CoSubdivision *s, uint32_t edge)
 {
-    return (uint32_t)s->build->desc->point_count + edge * (s->n - 1);
+    return s->edge_level ? s->edge_level[edge] : s->level;
 }
 
-// Point number i (1 to n - 1) on edge k of a face, counted from the face's vertex k.
+static inline uint32_t co_subdivision_face_level(const CoSubdivision *s, uint32_t face)
+{
+    return s->face_level ? s->face_level[face] : s->level;
+}
+
+// First point inside an edge; there are 2^level - 1.
+static inline uint32_t co_subdivision_edge_point(const CoSubdivision *s, uint32_t edge)
+{
+    return s->edge_point ? s->edge_point[edge]
+                         : (uint32_t)s->build->desc->point_count + edge * ((1u << s->level) - 1);
+}
+
+// Point number i (1 to 2^level - 1) on edge k of a face, counted from the face's vertex k.
 uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, uint32_t k,
                                         uint32_t i);
 
 // subdivide_cage.c
 bool co_subdivision_make_cage(CoSubdivision *s);
 bool co_subdivision_make_osd(CoSubdivision *s);
+
+// subdivide_rates.c: levels as the description wants them. Needs the edges.
+uint32_t co_subdivision_finest(const CohortMeshDesc *desc);
+bool co_subdivision_make_rates(CoSubdivision *s);
 
 // subdivide_patch.c
 bool co_subdivision_make_patches(CoSubdivision *s);

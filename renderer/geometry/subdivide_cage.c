@@ -192,7 +192,7 @@ bool co_subdivision_make_osd(CoSubdivision *s)
                       .face_count = (int32_t)s->face_count,
                       .face_vertex_counts = s->counts,
                       .face_vertex_indices = s->indices,
-                      .exact_level = d->level};
+                      .exact_level = s->level};
     if (!make_creases(s, &desc) || !make_corners(s, &desc) || !make_channels(s, &desc))
         return false;
     char warning[256] = "";

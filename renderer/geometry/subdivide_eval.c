@@ -49,12 +49,14 @@ static bool visit(Worker *w, uint32_t target, uint32_t sub, float u, float v)
     return w->count < BATCH || flush(w);
 }
 
-// Coordinates of point i of n on edge k of a face.
-static CoOsdCoord edge_coord(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t i)
+// Coordinates of point i of 2^level on edge k of a face.
+static CoOsdCoord edge_coord(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t level,
+                             uint32_t i)
 {
-    float n = (float)s->n, t = (float)i / n, r = (float)(s->n - i) / n;
+    uint32_t n = 1u << level;
+    float t = (float)i / (float)n, r = (float)(n - i) / (float)n;
     if (co_subdivision_is_split(s, face)) {
-        if (2 * i <= s->n)
+        if (2 * i <= n)
             return (CoOsdCoord){k, 2.0f * t, 0.0f};
         return (CoOsdCoord){(k + 1) % (uint32_t)s->counts[face], 0.0f, 2.0f * r};
     }
@@ -80,14 +82,15 @@ static bool visit_owned_boundary(Worker *w)
     const int32_t *edges = co_osd_face_edges(s->osd, w->face);
     for (uint32_t k = 0; k < (uint32_t)s->counts[w->face]; k++) {
         uint32_t vertex = (uint32_t)s->indices[s->first[w->face] + k];
-        CoOsdCoord c = edge_coord(s, w->face, k, 0);
+        uint32_t level = co_subdivision_edge_level(s, (uint32_t)edges[k]);
+        CoOsdCoord c = edge_coord(s, w->face, k, level, 0);
         if (s->vertex_owner[vertex] == w->face && !visit(w, vertex, c.sub, c.u, c.v))
             return false;
         if (s->edge_owner[edges[k]] != w->face)
             continue;
-        for (uint32_t i = 1; i < s->n; i++) {
+        for (uint32_t i = 1; i < 1u << level; i++) {
             uint32_t point = co_subdivision_face_edge_point(s, w->face, k, i);
-            c = edge_coord(s, w->face, k, i);
+            c = edge_coord(s, w->face, k, level, i);
             if (!visit(w, point, c.sub, c.u, c.v))
                 return false;
         }
@@ -99,7 +102,7 @@ static bool visit_owned_boundary(Worker *w)
 static bool visit_inner(Worker *w)
 {
     const CoSubdivision *s = w->s;
-    uint32_t point = s->face_point[w->face], n = s->n;
+    uint32_t point = s->face_point[w->face], n = 1u << co_subdivision_face_level(s, w->face);
     if (s->grid == CO_GRID_TRIANGLE || !co_subdivision_is_split(s, w->face)) {
         for (uint32_t j = 1; j < n; j++) {
             uint32_t end = s->grid == CO_GRID_TRIANGLE ? n - j : n;
@@ -135,7 +138,8 @@ static bool visit_corners(Worker *w)
     const CoSubdivision *s = w->s;
     uint32_t element = s->corner_first[co_subdivision_cage_face(s, w->face)];
     bool split = co_subdivision_is_split(s, w->face);
-    uint32_t subs = split ? (uint32_t)s->counts[w->face] : 1, n = split ? s->n / 2 : s->n;
+    uint32_t side = 1u << co_subdivision_face_level(s, w->face);
+    uint32_t subs = split ? (uint32_t)s->counts[w->face] : 1, n = split ? side / 2 : side;
     for (uint32_t k = 0; k < subs; k++) {
         for (uint32_t j = 0; j <= n; j++) {
             uint32_t end = s->grid == CO_GRID_TRIANGLE ? n - j : n;

@@ -1,4 +1,4 @@
-// The patches of a quad grid (patch.h), from the layout of points.
+// The patches of a subdivided mesh (patch.h), from the layout of points.
 
 #include "base/parallel.h"
 #include "geometry/subdivide.h"
@@ -10,32 +10,52 @@ static uint32_t edge_word(const CoSubdivision *s, uint32_t face, uint32_t k, boo
     co_osd_edge_vertices(s->osd, edge, ends);
     bool is_forward = ends[0] == (uint32_t)s->indices[s->first[face] + k];
     uint32_t first = co_subdivision_edge_point(s, edge);
-    return is_forward != is_back ? first - 1 : CO_PATCH_FLAG | (first + s->n - 1);
+    uint32_t count = (1u << co_subdivision_edge_level(s, edge)) - 1;
+    return is_forward != is_back ? first - 1 : CO_PATCH_FLAG | (first + count);
+}
+
+// By how many halvings an edge is coarser than its face.
+static uint32_t edge_drop(const CoSubdivision *s, uint32_t face, uint32_t k)
+{
+    uint32_t edge = (uint32_t)co_osd_face_edges(s->osd, face)[k];
+    return co_subdivision_face_level(s, face) - co_subdivision_edge_level(s, edge);
 }
 
 static uint32_t middle_of_edge(const CoSubdivision *s, uint32_t face, uint32_t k)
 {
-    return co_subdivision_face_edge_point(s, face, k, s->n / 2);
+    uint32_t edge = (uint32_t)co_osd_face_edges(s->osd, face)[k];
+    return co_subdivision_face_edge_point(s, face, k,
+                                          1u << co_subdivision_edge_level(s, edge) >> 1);
 }
 
-static void fill_quad(const CoSubdivision *s, uint32_t face, uint32_t *words)
+// A quad, or a triangle of a Loop mesh, whose last edge runs back from the third corner.
+static void fill_whole(const CoSubdivision *s, uint32_t face, uint32_t *words)
 {
     const int32_t *vertex = s->indices + s->first[face];
-    for (int k = 0; k < 4; k++)
+    uint32_t count = (uint32_t)s->counts[face];
+    words[CO_PATCH_CORNER + 3] = CO_PATCH_NONE;
+    for (uint32_t k = 0; k < count; k++)
         words[CO_PATCH_CORNER + k] = (uint32_t)vertex[k];
-    if (s->n == 1)
+    if (s->level == 0)
         return;
-    for (uint32_t k = 0; k < 4; k++)
+    words[CO_PATCH_EDGE + 3] = 0;
+    for (uint32_t k = 0; k < count; k++)
         words[CO_PATCH_EDGE + k] = edge_word(s, face, k, k >= 2);
     words[CO_PATCH_INNER] = s->face_point[face];
+    if (!s->edge_level)
+        return;
+    words[CO_PATCH_RATES] = co_subdivision_face_level(s, face);
+    for (uint32_t k = 0; k < count; k++)
+        words[CO_PATCH_RATES] |= edge_drop(s, face, k) << (4 + 4 * k);
 }
 
 // Sub-quad k of an n-gon. Inside the face lie the center, then the spokes from the middle of each
 // edge to the center, then the inner points of each sub-quad.
 static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t *words)
 {
+    uint32_t level = co_subdivision_face_level(s, face);
     uint32_t valence = (uint32_t)s->counts[face], before = (k + valence - 1) % valence;
-    uint32_t center = s->face_point[face], spoke = s->n / 2 - 1;
+    uint32_t center = s->face_point[face], spoke = (1u << level) / 2 - 1;
     words[CO_PATCH_CORNER] = (uint32_t)s->indices[s->first[face] + k];
     words[CO_PATCH_CORNER + 1] = middle_of_edge(s, face, k);
     words[CO_PATCH_CORNER + 2] = center;
@@ -45,6 +65,9 @@ static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uin
     words[CO_PATCH_EDGE + 2] = center + before * spoke;
     words[CO_PATCH_EDGE + 3] = edge_word(s, face, before, true);
     words[CO_PATCH_INNER] = CO_PATCH_FLAG | (center + 1 + valence * spoke + k * spoke * spoke);
+    if (s->edge_level)
+        words[CO_PATCH_RATES] =
+            (level - 1) | edge_drop(s, face, k) << 4 | edge_drop(s, face, before) << 16;
 }
 
 static void fill_fan(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t *words)
@@ -72,11 +95,11 @@ static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
             continue;
         uint32_t *words = job->words + (size_t)s->face_patch[f] * job->stride;
         if (!co_subdivision_is_split(s, f)) {
-            fill_quad(s, f, words);
+            fill_whole(s, f, words);
             continue;
         }
         for (uint32_t k = 0; k < (uint32_t)s->counts[f]; k++, words += job->stride) {
-            if (s->n == 1)
+            if (s->level == 0)
                 fill_fan(s, f, k, words);
             else
                 fill_sub_quad(s, f, k, words);
@@ -99,37 +122,67 @@ static bool find_faces(CoSubdivision *s, CoPatchTable *table)
     return true;
 }
 
-// Where patches are not all whole quads: their triangles, and back from triangles to patches.
+// log2 of triangles of each patch of a face; a fan's triangles are patches of 2^0.
+static uint32_t patch_tri_shift(const CoSubdivision *s, uint32_t face)
+{
+    uint32_t level = co_subdivision_face_level(s, face);
+    if (s->grid == CO_GRID_TRIANGLE)
+        return 2 * level;
+    if (!co_subdivision_is_split(s, face))
+        return 2 * level + 1;
+    return level == 0 ? 0 : 2 * level - 1;
+}
+
+// Back from triangles to patches, about as many entries as there are patches.
+static bool find_units(CoMeshBuild *build, CoPatchTable *table, const uint32_t *first)
+{
+    uint32_t tri_count = build->mesh->tri_count, patch = 0;
+    while (table->is_mixed && table->unit_shift > 0 &&
+           tri_count >> table->unit_shift < table->count)
+        table->unit_shift--;
+    size_t count = ((size_t)tri_count >> table->unit_shift) + 2;
+    uint32_t *back = co_mesh_keep(build, count, sizeof *back);
+    CO_MESH_CHECK_MEMORY(build, back);
+    for (size_t k = 0; k < count; k++) {
+        while (patch + 1 < table->count && first[patch + 1] <= k << table->unit_shift)
+            patch++;
+        back[k] = patch;
+    }
+    table->tri_patch = back;
+    return true;
+}
+
+// Where patches do not all have the same number of triangles: their triangles and tiles.
 static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
 {
-    if (!s->has_split)
-        return true;
     CoMeshBuild *build = s->build;
-    uint32_t shift = 2 * table->level + 1, tri_count = build->mesh->tri_count, tri = 0;
-    uint32_t *first = co_mesh_keep(build, table->count + 1, sizeof *first);
-    uint32_t *back = co_mesh_keep(build, (tri_count >> shift) + 1, sizeof *back);
+    table->unit_shift = 2 * table->level + (s->grid == CO_GRID_QUAD);
+    if (!s->has_split && !table->is_mixed)
+        return true;
+    bool has_tiles = table->level > CO_PATCH_TILE_SHIFT;
+    uint32_t *first = co_mesh_keep(build, table->count + (size_t)1, sizeof *first);
+    uint32_t *tile = has_tiles ? co_mesh_keep(build, table->count + (size_t)1, sizeof *tile) : NULL;
     uint32_t *face_patch = co_mesh_keep(build, build->desc->face_count, sizeof *face_patch);
     CO_MESH_CHECK_MEMORY(build, first);
-    CO_MESH_CHECK_MEMORY(build, back);
+    if (has_tiles)
+        CO_MESH_CHECK_MEMORY(build, tile);
     CO_MESH_CHECK_MEMORY(build, face_patch);
     for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t count = s->is_live[f] ? co_subdivision_patch_count(s, f) : 0;
-        uint32_t tris = 1u << shift;
-        if (co_subdivision_is_split(s, f))
-            tris = s->n == 1 ? 1 : tris / 4;
-        for (uint32_t k = 0; k < count; k++, tri += tris) {
-            uint32_t patch = s->face_patch[f] + k;
-            first[patch] = tri;
-            for (uint32_t b = (tri + (1u << shift) - 1) >> shift; b << shift < tri + tris; b++)
-                back[b] = patch;
+        if (!s->is_live[f])
+            continue;
+        uint32_t patch = s->face_patch[f], end = patch + co_subdivision_patch_count(s, f);
+        face_patch[co_subdivision_cage_face(s, f)] = patch;
+        for (; patch < end; patch++) {
+            uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
+            first[patch + 1] = first[patch] + (1u << patch_tri_shift(s, f));
+            if (tile)
+                tile[patch + 1] = tile[patch] + co_patch_tiles(table, shift);
         }
-        face_patch[co_subdivision_cage_face(s, f)] = s->face_patch[f];
     }
-    first[table->count] = tri;
     table->first_tri = first;
-    table->tri_patch = back;
+    table->first_tile = tile;
     build->shading->face_patch = face_patch;
-    return true;
+    return find_units(build, table, first);
 }
 
 bool co_subdivision_make_patches(CoSubdivision *s)
@@ -137,9 +190,13 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     CoMeshBuild *build = s->build;
     CoPatchTable *table = co_mesh_keep(build, 1, sizeof *table);
     CO_MESH_CHECK_MEMORY(build, table);
-    table->level = build->desc->level;
+    table->level = s->level;
+    table->is_triangular = s->grid == CO_GRID_TRIANGLE;
+    table->is_mixed = s->edge_level != NULL;
     table->count = s->patch_count;
-    table->stride = table->level == 0 ? 4 : CO_PATCH_WORDS;
+    table->stride = table->is_mixed     ? CO_PATCH_WORDS_MIXED
+                    : table->level == 0 ? CO_PATCH_EDGE
+                                        : CO_PATCH_WORDS;
     uint32_t *words = co_mesh_keep(build, table->count, table->stride * sizeof *words);
     CO_MESH_CHECK_MEMORY(build, words);
     table->words = words;

@@ -2,11 +2,12 @@
 
 #include "accel/grid_leaf.h"
 #include "accel_scene.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "geometry/subdivision_fixture.h"
 
 enum {
-    RAYS = 5000
+    RAYS = 3000
 };
 
 // The same triangles with indices.
@@ -72,13 +73,20 @@ static void compare(const CoMesh *mesh, uint64_t seed)
     mesh_free(&loose);
 }
 
+// Quads, with other faces among them, triangles; uniform, and edges of all levels up to that.
 static void hits_are_those_of_loose_triangles(void **state)
 {
     (void)state;
     static Cage cage;
-    for (uint32_t k = 0; k < 2 * 6; k++) {
-        make_torus(&cage, k % 2, false);
-        CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, k / 2);
+    static uint8_t levels[6 * CAGE_MAX_FACES];
+    for (uint32_t k = 0; k < 6 * 6; k++) {
+        bool is_loop = k % 3 == 2, is_mixed = k % 2;
+        make_torus(&cage, k % 3 == 1, is_loop);
+        CohortScheme scheme = is_loop ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
+        CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : k / 6);
+        for (uint32_t e = 0; e < COUNT(levels); e++)
+            levels[e] = (uint8_t)(co_hash32(e + k) % (k / 6 + 1));
+        desc.edge_levels = is_mixed ? levels : NULL;
         CoMesh mesh;
         make_mesh(&desc, &mesh);
         assert_non_null(mesh.patches);

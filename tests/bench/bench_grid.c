@@ -175,7 +175,7 @@ static RTCGeometry embree_grids(RTCDevice device, const CoMesh *mesh)
             (struct RTCGrid){k * side * side, side, (unsigned short)side, (unsigned short)side};
         for (uint32_t p = 0; p < side * side; p++, points += 3)
             memcpy(points,
-                   mesh->points + 3 * (size_t)co_patch_point(words, side - 1, p % side, p / side),
+                   mesh->points + 3 * (size_t)co_patch_point(table, words, side - 1, p % side, p / side),
                    12);
     }
     return geometry;

@@ -61,6 +61,14 @@ static inline CoVec3 mesh_point(const CoMesh *mesh, uint32_t tri, size_t corner)
     return co_vec3_load(mesh->points + 3 * (size_t)point[corner]);
 }
 
+// Whether two corners of a triangle are one point.
+static inline bool tri_collapses(const CoMesh *mesh, uint32_t tri)
+{
+    uint32_t p[3];
+    co_mesh_triangle(mesh, tri, p);
+    return p[0] == p[1] || p[1] == p[2] || p[2] == p[0];
+}
+
 static inline double tri_area(const CoMesh *mesh, uint32_t tri)
 {
     CoVec3 p = mesh_point(mesh, tri, 0);
@@ -104,6 +112,8 @@ static inline size_t open_edges(const CoMesh *mesh)
         uint32_t a = point[k % 3], b = point[(k + 1) % 3];
         uint64_t key = 1 + ((uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a));
         size_t slot = (size_t)(key * 0x9e3779b97f4a7c15u) & (slots - 1);
+        if (a == b) // of a triangle that has collapsed; its other edges are one, back and forth
+            continue;
         while (table[slot].key && table[slot].key != key)
             slot = (slot + 1) & (slots - 1);
         table[slot].key = key;

@@ -87,23 +87,59 @@ static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, 
         out[6] = words[3];
 }
 
+// The same of any table. Beyond the diagonal of a triangular patch are points too, of triangles
+// that are not valid.
+static inline void any_block_indices(const CoPatchTable *table, const uint32_t *words, uint32_t m,
+                                     uint32_t i, uint32_t j, uint32_t out[9])
+{
+    bool is_inside = j > 0 && i + 2 < m && (table->is_triangular ? i > j + 2 : i > 0 && j + 2 < m);
+    for (uint32_t r = 0; r < 3; r++) {
+        uint32_t row = is_inside ? co_patch_inner_row(table, words, m, j + r) : 0;
+        for (uint32_t c = 0; c < 3; c++) {
+            uint32_t a = i + c, b = j + r;
+            if (is_inside) {
+                out[3 * r + c] = row + a;
+                continue;
+            }
+            b = table->is_triangular && b > a ? a : b;
+            co_patch_settle(table, words, m, &a, &b);
+            out[3 * r + c] = co_patch_point(table, words, m, a, b);
+        }
+    }
+}
+
+// Numbers and validity of the block's triangles, in a triangular patch: second triangles of squares
+// precede their first.
+static inline void number_triangular(GridBlock *block, uint32_t first, uint32_t m,
+                                     const uint32_t at[2])
+{
+    uint32_t tri = first + co_patch_row(m, at[1]) + 2 * (at[0] - at[1]);
+    for (uint32_t k = 0; k < 4; k++)
+        block->tri[k] = tri + (k & 2u) - (k & 1u);
+    block->row = 2 * (m - at[1]) - 3;
+    block->valid = at[0] < at[1] ? 0 : at[0] > at[1] ? 0xffu : m > 1 ? 0x4du : 0x01u;
+}
+
 // The 2 x 2 squares from (i, j) on of a patch; of a patch that is one square, that.
 static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint32_t patch,
                                  const uint32_t at[2], uint32_t path)
 {
-    const uint32_t *words = co_patch_words(bvh->patches, patch), first = words[0];
-    uint32_t shift = co_patch_shift(bvh->patches, words);
-    uint32_t tri = co_patch_first_tri(bvh->patches, patch) + (at[1] << (shift + 1)) + 2 * at[0];
+    const CoPatchTable *table = bvh->patches;
+    const uint32_t *words = co_patch_words(table, patch), first = words[0];
+    uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
+    uint32_t tri = first_tri + (at[1] << (shift + 1)) + 2 * at[0];
     // From 7 on points 0 to 8, row by row: corners 1 and 2 are among 1 to 8. Corner 0 is 0, 1, 3 or
     // 4, which stand once more in front.
     GridBlock block;
     for (uint32_t k = 0; k < 16; k++)
         block.index[k] = first;
-    if (shift) {
+    if (shift && (table->is_triangular || table->is_mixed)) {
+        any_block_indices(table, words, 1u << shift, at[0], at[1], block.index + 7);
+    } else if (shift) {
         block_indices(words, 1u << shift, at[0], at[1], block.index + 7);
     } else {
         block.index[8] = words[1];
-        block.index[10] = words[3];
+        block.index[10] = words[table->is_triangular ? 0 : 3];
         block.index[11] = words[2];
     }
     block.index[0] = block.index[7];
@@ -120,6 +156,8 @@ static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint3
         block.tri[k] = tri + k;
     block.row = 2u << shift;
     block.valid = shift ? 0xffu : 0x03u;
+    if (table->is_triangular)
+        number_triangular(&block, first_tri, 1u << shift, at);
     return trace_block(group, ray, bvh->points, &block, path);
 }
 
