@@ -5,10 +5,10 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "color/color.h"
+#include "color/png.h"
 #include "color/rgb_space.h"
 #include "color/shipped_config.h"
 #include "shims/ocio.h"
-#include "shims/png.h"
 
 #include <errno.h>
 #include <float.h>

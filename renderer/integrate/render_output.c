@@ -7,7 +7,7 @@
 #include "base/hash.h"
 #include "shims/ocio.h"
 #include "shims/osd.h"
-#include "shims/png.h"
+#include "shims/oiio.h"
 
 uint32_t cohort_aov_components(CohortAov aov)
 {

@@ -1,4 +1,4 @@
-#include "shims/oiio.h"
+#include "shims/oiio_module.h"
 
 #include "base/error.h"
 
@@ -95,9 +95,7 @@ bool describe(const char *path, const OIIO::ImageInput &input, CoOiioInfo *out, 
     return true;
 }
 
-} // namespace
-
-bool co_oiio_info(const char *path, CoOiioInfo *out, CohortError *err)
+bool image_info(const char *path, CoOiioInfo *out, CohortError *err)
 {
     return guarded(err, path, [&] {
         auto input = open_image(path);
@@ -105,7 +103,7 @@ bool co_oiio_info(const char *path, CoOiioInfo *out, CohortError *err)
     });
 }
 
-bool co_oiio_read(const char *path, const CoOiioInfo *info, float *out, CohortError *err)
+bool read_image(const char *path, const CoOiioInfo *info, float *out, CohortError *err)
 {
     return guarded(err, path, [&] {
         auto input = open_image(path);
@@ -123,7 +121,7 @@ bool co_oiio_read(const char *path, const CoOiioInfo *info, float *out, CohortEr
     });
 }
 
-bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels,
+bool write_mips(const char *path, const CoOiioInfo *info, const float *texels,
                         uint32_t tile, CohortError *err)
 {
     return guarded(err, path, [&] {
@@ -145,7 +143,7 @@ bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *t
     });
 }
 
-CoOiioFile *co_oiio_open(const char *path, CohortError *err)
+CoOiioFile *open_file(const char *path, CohortError *err)
 {
     std::unique_ptr<CoOiioFile> file;
     bool ok = guarded(err, path, [&] {
@@ -163,7 +161,7 @@ CoOiioFile *co_oiio_open(const char *path, CohortError *err)
     return ok ? file.release() : nullptr;
 }
 
-void co_oiio_close(CoOiioFile *file)
+void close_file(CoOiioFile *file)
 {
     guarded(nullptr, "", [&] {
         delete file;
@@ -171,7 +169,7 @@ void co_oiio_close(CoOiioFile *file)
     });
 }
 
-bool co_oiio_level(CoOiioFile *file, uint32_t level, uint32_t *width, uint32_t *height,
+bool level_size(CoOiioFile *file, uint32_t level, uint32_t *width, uint32_t *height,
                    uint32_t *channels, uint32_t *tile)
 {
     return guarded(nullptr, "", [&] {
@@ -186,7 +184,7 @@ bool co_oiio_level(CoOiioFile *file, uint32_t level, uint32_t *width, uint32_t *
     });
 }
 
-bool co_oiio_tile(CoOiioFile *file, uint32_t level, uint32_t x, uint32_t y, float *out,
+bool read_tile(CoOiioFile *file, uint32_t level, uint32_t x, uint32_t y, float *out,
                   CohortError *err)
 {
     return guarded(err, "", [&] {
@@ -203,3 +201,8 @@ bool co_oiio_tile(CoOiioFile *file, uint32_t level, uint32_t x, uint32_t y, floa
         return true;
     });
 }
+
+} // namespace
+
+extern "C" __attribute__((visibility("default"))) const CoOiioFunctions co_oiio_functions = {
+    image_info, read_image, write_mips, open_file, close_file, level_size, read_tile};

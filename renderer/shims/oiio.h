@@ -2,7 +2,8 @@
 //
 // Everything here may be slow and is called once per image, but co_oiio_tile. Texels are float,
 // interleaved, rows from the top, alpha as stored (never multiplied in). No color is converted
-// here. Threads: calls on different handles may run at once.
+// here. The first call that opens an image loads OpenImageIO; where that fails, it says so.
+// Threads: calls on different handles may run at once.
 
 #ifndef CO_SHIMS_OIIO_H
 #define CO_SHIMS_OIIO_H
@@ -47,6 +48,9 @@ bool co_oiio_level(CoOiioFile *file, uint32_t level, uint32_t *width, uint32_t *
 // image is left as it is.
 bool co_oiio_tile(CoOiioFile *file, uint32_t level, uint32_t x, uint32_t y, float *out,
                   CohortError *err);
+
+// OpenImageIO's version, "2.4.7.1", of what Cohort was built with; static.
+const char *co_oiio_version(void);
 
 #ifdef __cplusplus
 }

@@ -119,6 +119,25 @@ static void textures(void **state)
     assert_rendered(&ran, "garbage.ptx");
 }
 
+// A copy of the command alone does all but read images.
+static void without_the_image_module(void **state)
+{
+    (void)state;
+    char text[2048];
+    write_text("image.png", "\x89PNG\r\n\x1a\nrubbish");
+    textured(text, sizeof text,
+             "        uniform token info:id = \"UsdUVTexture\"\n"
+             "        asset inputs:file = @image.png@\n        float3 outputs:rgb\n");
+    write_text("bad.usda", text);
+    assert_int_equal(mkdir("alone", 0777), 0);
+    assert_int_equal(system("cp " COHORT_COMMAND " alone/cohort"), 0);
+    assert_int_equal(system("alone/cohort cat bad.usda > said.txt && grep -q Shader said.txt"), 0);
+    assert_int_equal(system("alone/cohort render stage.usda --spp 1 -q -o x.exr -o x.png"), 0);
+    assert_int_equal(system("alone/cohort render bad.usda --spp 1 --size 8x8 --headlight -o x.exr "
+                            "2> said.txt && grep -q 'image.png.*OpenImageIO.*cohort_oiio' said.txt"),
+                     0);
+}
+
 static void a_ptex_file_of_another_mesh(void **state)
 {
     (void)state;
@@ -302,6 +321,7 @@ int main(void)
         cmocka_unit_test_setup(stages_that_cannot_be_read, without_output),
         cmocka_unit_test_setup(arcs_that_lead_nowhere, without_output),
         cmocka_unit_test_setup(textures, without_output),
+        cmocka_unit_test_setup(without_the_image_module, without_output),
         cmocka_unit_test_setup(a_ptex_file_of_another_mesh, without_output),
         cmocka_unit_test_setup(meshes, without_output),
         cmocka_unit_test_setup(lights_without_area, without_output),
