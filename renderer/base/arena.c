@@ -118,6 +118,20 @@ void co_arena_rewind(CoArena *arena, CoArenaMark mark)
     arena->chunk->used = mark.used;
 }
 
+// They go beneath the newest chunk, which may have room left.
+void co_arena_adopt(CoArena *arena, CoArena *from)
+{
+    CoArenaChunk **slot = arena->chunk ? &arena->chunk->previous : &arena->chunk;
+    CoArenaChunk *older = *slot;
+    *slot = from->chunk;
+    while (*slot)
+        slot = &(*slot)->previous;
+    *slot = older;
+    arena->total += from->total;
+    from->chunk = NULL;
+    from->total = 0;
+}
+
 void co_arena_clear(CoArena *arena)
 {
     co_arena_rewind(arena, (CoArenaMark){NULL, 0});

@@ -36,6 +36,10 @@ char *co_arena_string(CoArena *arena, const char *text, size_t length);
 CoArenaMark co_arena_mark(const CoArena *arena);
 void co_arena_rewind(CoArena *arena, CoArenaMark mark);
 
+// Takes over every chunk of `from`, which is empty then; what it handed out lives as long as this
+// arena.
+void co_arena_adopt(CoArena *arena, CoArena *from);
+
 // Frees every chunk; the arena is empty and usable again.
 void co_arena_clear(CoArena *arena);
 

@@ -20,6 +20,11 @@ uint32_t co_worker_count(void)
     return (uint32_t)thread_count;
 }
 
+bool co_in_parallel(void)
+{
+    return omp_in_parallel();
+}
+
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context)
 {
     if (count == 0)

@@ -3,6 +3,7 @@
 #ifndef CO_BASE_PARALLEL_H
 #define CO_BASE_PARALLEL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -18,5 +19,8 @@ void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context
 // four per processor.
 void co_worker_count_set(uint32_t count);
 uint32_t co_worker_count(void);
+
+// True while called by co_parallel_for with several threads: further calls then use one.
+bool co_in_parallel(void);
 
 #endif

@@ -45,6 +45,29 @@ static void rewind_gives_chunks_back(void **state)
     co_arena_clear(&arena);
 }
 
+static void what_is_adopted_lives_on(void **state)
+{
+    (void)state;
+    for (int filled = 0; filled < 4; filled++) {
+        CoArena arena = {.tag = CO_MEMORY_BASE}, from = {.tag = CO_MEMORY_BASE};
+        int *own = NULL, *other = NULL;
+        for (int i = 0; i < 3 && (filled & 1); i++)
+            *(own = co_arena_alloc(&arena, 100 << 10)) = 1;
+        for (int i = 0; i < 3 && (filled & 2); i++)
+            *(other = co_arena_alloc(&from, 100 << 10)) = 2;
+        size_t total = arena.total + from.total;
+        co_arena_adopt(&arena, &from);
+        assert_null(from.chunk);
+        assert_int_equal(from.total, 0);
+        assert_int_equal(arena.total, total);
+        assert_non_null(co_arena_alloc(&from, 8));
+        co_arena_clear(&from);
+        assert_true((!own || *own == 1) && (!other || *other == 2));
+        co_arena_clear(&arena);
+        assert_int_equal(co_memory_live(CO_MEMORY_BASE), 0);
+    }
+}
+
 static void limits_and_impossible_sizes_fail(void **state)
 {
     (void)state;
@@ -72,6 +95,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_are_aligned_zeroed_and_apart),
         cmocka_unit_test(rewind_gives_chunks_back),
+        cmocka_unit_test(what_is_adopted_lives_on),
         cmocka_unit_test(limits_and_impossible_sizes_fail),
         cmocka_unit_test(allocation_failure_is_reported),
     };

@@ -92,6 +92,27 @@ static void counts_of_threads_are_bounded(void **state)
     assert_true(co_worker_count() >= 1);
 }
 
+static void count_parallel(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    if (co_in_parallel())
+        atomic_fetch_add((atomic_size_t *)context, end - begin);
+}
+
+static void parallel_calls_know_that_they_are(void **state)
+{
+    (void)state;
+    atomic_size_t seen = 0;
+    assert_false(co_in_parallel());
+    co_worker_count_set(2);
+    co_parallel_for(10, 1, count_parallel, &seen);
+    assert_int_equal(seen, 10);
+    co_worker_count_set(1);
+    co_parallel_for(10, 1, count_parallel, &seen);
+    assert_int_equal(seen, 10);
+    co_worker_count_set(0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -99,6 +120,7 @@ int main(void)
         cmocka_unit_test(nothing_to_do_calls_nobody),
         cmocka_unit_test(one_thread_gets_all_at_once),
         cmocka_unit_test(counts_of_threads_are_bounded),
+        cmocka_unit_test(parallel_calls_know_that_they_are),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

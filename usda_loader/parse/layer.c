@@ -3,13 +3,18 @@
 #include "base/error.h"
 #include "base/mapped_file.h"
 #include "base/parallel.h"
-#include "parse/parser.h"
+#include "parse/siblings.h"
 
 #include <limits.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+
+// Errors reported for one layer before the rest is left alone.
+enum {
+    MAX_ERRORS = 100
+};
 
 static uint64_t limit(uint64_t asked, uint64_t normal)
 {
@@ -78,7 +83,7 @@ static void parse_layer(CoParser *p)
     co_scan_space(&p->scan);
     while (!p->stopped && p->scan.at < p->scan.end) {
         const char *before = p->scan.at;
-        if (!parse_root_item(p, root)) {
+        if (!co_parse_siblings(p, root) && !parse_root_item(p, root)) {
             if (p->stopped)
                 return;
             co_parse_recover(p);
@@ -138,6 +143,7 @@ static CoLayer *parse_source(const Source *source, const CohortStageOptions *opt
         .max_edit_size = limit(o->max_array_length, UINT64_C(1) << 24),
         .max_array_length = max_length < UINT32_MAX ? max_length : UINT32_MAX,
         .max_prims = limit(o->max_prims, 5000000),
+        .max_errors = MAX_ERRORS,
         .report = report,
         .cookie = cookie,
         .err = err,
@@ -148,15 +154,16 @@ static CoLayer *parse_source(const Source *source, const CohortStageOptions *opt
     bool begun = begin(&parser, path, err);
     uint32_t workers = co_worker_count();
     co_worker_count_set(o->threads ? o->threads : workers);
-    if (begun)
+    if (begun) {
+        parser.siblings = co_siblings_create(&parser);
         parse_layer(&parser);
+        co_siblings_destroy(parser.siblings, &parser);
+    }
     co_worker_count_set(workers);
     CoLayer *layer = parser.layer;
     if (layer)
         layer->byte_count = size;
-    co_free(CO_MEMORY_USDA, parser.prim_path, parser.prim_path_capacity);
-    co_free(CO_MEMORY_USDA, parser.scratch, parser.scratch_size);
-    co_free(CO_MEMORY_USDA, parser.field_slots, parser.field_capacity * sizeof(uint32_t));
+    co_parse_buffers_free(&parser);
     if (!begun && !parser.error_count && report)
         report(cookie, COHORT_SEVERITY_ERROR, path, 0, 0, "", "out of memory");
     if (!begun || parser.error_count || parser.stopped) {

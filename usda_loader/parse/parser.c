@@ -6,9 +6,7 @@
 #include <stdarg.h>
 #include <string.h>
 
-// Errors reported for one layer before the rest is left alone.
 enum {
-    MAX_ERRORS = 100,
     FEW_FIELDS = 32, // are searched in order
     MAX_FIELDS = (1 << 24) - 1 // what CoSpec.field_count can hold
 };
@@ -37,7 +35,7 @@ bool co_parse_fail(CoParser *p, const char *at, const char *format, ...)
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     report(p, at, COHORT_ERROR_USDA_SYNTAX, text);
-    if (p->error_count >= MAX_ERRORS)
+    if (p->error_count >= p->max_errors)
         p->stopped = true;
     return false;
 }

@@ -36,6 +36,8 @@ typedef struct CoKept {
     size_t size, align;
 } CoKept;
 
+typedef struct CoSiblings CoSiblings;
+
 typedef struct CoParser {
     CoScan scan;
     CoLayer *layer;
@@ -60,12 +62,13 @@ typedef struct CoParser {
     uint32_t line;
     bool is_mapped;       // the text is a file that can be read again
     const char *released; // text whose memory was given back
-    uint32_t error_count;
+    uint32_t error_count, max_errors;
     bool stopped;    // memory or a limit is at an end: no recovery
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
     size_t prim_path_length, prim_path_capacity;
     unsigned char *scratch; // elements of the array being read
     size_t scratch_size;
+    CoSiblings *siblings; // prims read ahead by several threads; NULL: there is one
 } CoParser;
 
 // ---- Errors, memory, lists (parser.c)
@@ -88,6 +91,9 @@ const char *co_parse_keep_text(CoParser *p, const char *text, size_t length); //
 // of the count; blocks that a list has outgrown go to others.
 void *co_parse_push(CoParser *p, void *list_pointer, size_t count, size_t size);
 void co_parse_list_free(CoParser *p, void *list, size_t count, size_t size);
+// `count` items, a power of two, zeroed; given back as a list.
+void *co_parse_block(CoParser *p, size_t count, size_t size);
+void co_parse_buffers_free(CoParser *p); // those that do not belong to the layer
 // The type that a token names; false when it is not known.
 bool co_parse_type(CoParser *p, const char *name, CohortType *type, bool *is_array);
 // The field of that name, new or with what was said before. `name` outlives the parse.
@@ -211,6 +217,17 @@ CoSpec *co_parse_property_named(const CoSpec *spec, const char *name);
 CoSpec *co_parse_variant_set(const CoSpec *spec, const char *name);
 // Said a second time, a set holds only the variants said then.
 void co_parse_clear_children(CoSpec *spec);
+// Puts prims read elsewhere below a parent, unless one has a name that is there already.
+bool co_parse_adopt(CoParser *p, CoSpec *parent, CoSpec *const *prims, size_t count);
+// Gives back the lists of children, but not what is in them.
+void co_parse_children_free(CoParser *p, CoContents *contents);
 bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found);
+bool co_parse_prims(CoParser *p, CoSpec *parent); // and nothing else up to the end of the text
+bool co_prim_begins(const CoScan *scan);          // def, over or class
+bool co_parse_set_prim_path(CoParser *p, const char *path, size_t length);
+
+// ---- Siblings (siblings.c)
+// Takes prims read ahead from the cursor on, or reads ahead; false when the next is to be parsed.
+bool co_parse_siblings(CoParser *p, CoSpec *parent);
 
 #endif

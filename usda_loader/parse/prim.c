@@ -38,6 +38,12 @@ static bool push_path(CoParser *p, const char *name, size_t length)
     return true;
 }
 
+bool co_parse_set_prim_path(CoParser *p, const char *path, size_t length)
+{
+    p->prim_path_length = 0;
+    return push_path(p, path, length);
+}
+
 static void pop_path(CoParser *p, size_t length)
 {
     p->prim_path_length = length;
@@ -146,14 +152,26 @@ static bool parse_variant_set(CoParser *p, CoSpec *owner)
 
 // ---- Prims -------------------------------------------------------------------------------------
 
-bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found)
+// Its number, or -1.
+static int scan_specifier(CoScan *scan)
 {
     static const char *const words[] = {"def", "over", "class"};
+    for (int i = 0; i < 3; i++)
+        if (co_scan_word(scan, words[i]))
+            return i;
+    return -1;
+}
+
+bool co_prim_begins(const CoScan *scan)
+{
+    CoScan ahead = *scan;
+    return scan_specifier(&ahead) >= 0;
+}
+
+bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found)
+{
     const char *at = p->scan.at, *type = NULL, *name = NULL;
-    int specifier = -1;
-    for (int i = 0; i < 3 && specifier < 0; i++)
-        if (co_scan_word(&p->scan, words[i]))
-            specifier = i;
+    int specifier = scan_specifier(&p->scan);
     *found = specifier >= 0;
     if (!*found)
         return true;
@@ -185,6 +203,17 @@ bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found)
         good = co_parse_char(p, '{') && co_parse_contents(p, prim) && good;
     pop_path(p, length);
     return good;
+}
+
+bool co_parse_prims(CoParser *p, CoSpec *parent)
+{
+    while (p->scan.at < p->scan.end) {
+        bool found;
+        if (!co_parse_prim(p, parent, &found) || !found || !end_statement(p, false, false))
+            return false;
+        co_scan_space(&p->scan);
+    }
+    return true;
 }
 
 // reorder nameChildren = [...], reorder properties = [...]
@@ -239,7 +268,7 @@ bool co_parse_contents(CoParser *p, CoSpec *spec)
             break;
         }
         const char *before = p->scan.at;
-        if (parse_item(p, spec))
+        if (co_parse_siblings(p, spec) || (!p->stopped && parse_item(p, spec)))
             continue;
         good = false;
         if (p->stopped)

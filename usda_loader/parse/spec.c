@@ -34,8 +34,7 @@ static void table_add(Table *table, const char *name, size_t position)
     table->slots[slot] = (uint32_t)position + 1;
 }
 
-// Takes in the last of a long list. Keeps the table at most half full; the old one stays in the arena
-// until the layer goes.
+// Takes in the last of a long list. Keeps the table at most half full.
 static bool table_update(CoParser *p, Table *table, CoSpec *const *list, size_t count)
 {
     if (count * 2 <= table->capacity) {
@@ -46,11 +45,12 @@ static bool table_update(CoParser *p, Table *table, CoSpec *const *list, size_t 
         return co_parse_stop(p, p->scan.at, COHORT_ERROR_LIMIT,
                              "more than 2^32 names in one place");
     Table grown = {.capacity = table->capacity ? table->capacity * 4 : 4 * SHORT_LIST * 2};
-    grown.slots = co_parse_alloc(p, grown.capacity, sizeof *grown.slots);
+    grown.slots = co_parse_block(p, grown.capacity, sizeof *grown.slots);
     if (!grown.slots)
         return false;
     for (size_t i = 0; i < count; i++)
         table_add(&grown, list[i]->name, i);
+    co_parse_list_free(p, table->slots, table->capacity, sizeof *table->slots);
     *table = grown;
     return true;
 }
@@ -104,6 +104,17 @@ void co_parse_clear_children(CoSpec *spec)
     in->child_count = 0;
     in->children = NULL;
     in->index = NULL;
+}
+
+void co_parse_children_free(CoParser *p, CoContents *contents)
+{
+    co_parse_list_free(p, contents->children, contents->child_count, sizeof *contents->children);
+    if (contents->index)
+        co_parse_list_free(p, contents->index->children.slots, contents->index->children.capacity,
+                           sizeof *contents->index->children.slots);
+    contents->child_count = 0;
+    contents->children = NULL;
+    contents->index = NULL;
 }
 
 // ---- Creation ----------------------------------------------------------------------------------
@@ -171,6 +182,20 @@ CoSpec *co_parse_spec(CoParser *p, CoSpec *parent, CoSpecKind kind, const char *
         return NULL;
     spec->contents->set = parent->name;
     return spec;
+}
+
+bool co_parse_adopt(CoParser *p, CoSpec *parent, CoSpec *const *prims, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (co_parse_child(parent, prims[i]->name))
+            return false;
+    if (!contents_of(p, parent))
+        return false;
+    for (size_t i = 0; i < count; i++)
+        if (!append(p, parent->contents, prims[i]))
+            return false;
+    release_text(p);
+    return true;
 }
 
 // ---- Queries -----------------------------------------------------------------------------------

@@ -131,6 +131,19 @@ void co_parse_list_free(CoParser *p, void *list, size_t count, size_t size)
         give_block(p, list, capacity * size);
 }
 
+void *co_parse_block(CoParser *p, size_t count, size_t size)
+{
+    void *block = take_block(p, count, size);
+    return block ? memset(block, 0, count * size) : NULL;
+}
+
+void co_parse_buffers_free(CoParser *p)
+{
+    co_free(CO_MEMORY_USDA, p->prim_path, p->prim_path_capacity);
+    co_free(CO_MEMORY_USDA, p->scratch, p->scratch_size);
+    co_free(CO_MEMORY_USDA, p->field_slots, p->field_capacity * sizeof *p->field_slots);
+}
+
 // ---- Values ------------------------------------------------------------------------------------
 
 static const void *copy(CoParser *p, const void *data, size_t size, size_t align)
