@@ -70,12 +70,14 @@ static void make_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const CameraWork *work = context;
     CohortRender *render = work->render;
-    CoEmitter emitter = {render, worker};
+    CoEmitter emitter = {.render = render, .worker = worker};
     const CoCamera *c = &render->scene->camera;
     float spread = pixel_spread(render);
     float width = c->is_orthographic
                       ? (float)(fabs(c->window[1] - c->window[0]) / (double)render->settings.width)
                       : 0.0f;
+    uint32_t no_normal;
+    co_ray_snap_normal(co_vec3_splat(0.0f), &no_normal);
     for (size_t i = begin; i < end; i++) {
         uint32_t path = (uint32_t)(work->first + i);
         CoSampleKey key = co_path_key(render, path);
@@ -84,11 +86,13 @@ static void make_rays(void *context, size_t begin, size_t end, uint32_t worker)
                      .kind = CO_RAY_CAMERA,
                      .depth = 1,
                      .width = width,
-                     .spread = spread};
+                     .spread = spread,
+                     .normal_code = no_normal};
         camera_ray(render, key.pixel, key, &ray);
         CoRayKey ray_key = {key.pixel, key.sample, key.seed};
         co_emit(&emitter, &ray, ray_key);
     }
+    co_emit_flush(&emitter);
 }
 
 void co_stage_camera(CohortRender *render, size_t count)

@@ -12,6 +12,7 @@
 #include "film/film.h"
 #include "integrate/scene_data.h"
 #include "rays/ray_batch.h"
+#include "rays/ray_kernels.h"
 #include "rays/schedule.h"
 #include "sample/sample.h"
 #include "sort/radix.h"
@@ -58,6 +59,7 @@ struct CohortRender {
     const CohortScene *scene;
     CohortRenderSettings settings; // every default filled in
     const CoAccelKernels *kernels;
+    const CoRayKernels *codes;
     CoFilm *film;
     CoRayBins *bins;
     CoActiveBatch batch;
@@ -86,12 +88,20 @@ struct CohortRender {
     volatile int cancel; // set by any thread, through co_render_is_cancelled's atomics
 };
 
-// A worker's way of making rays: encodes and pushes them, counting.
+// A worker's way of making rays: they wait in the queue until it is full or flushed, then they are
+// encoded and pushed, and counted. {render, worker} is ready.
 typedef struct CoEmitter {
     CohortRender *render;
     uint32_t worker;
+    CoRayQueue queue;
 } CoEmitter;
-void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key);
+void co_emit_flush(CoEmitter *emitter); // before the emitter goes
+
+static inline void co_emit(CoEmitter *emitter, const CoRay *ray, CoRayKey key)
+{
+    if (co_ray_queue_add(&emitter->queue, ray, key))
+        co_emit_flush(emitter);
+}
 
 static inline bool co_render_is_cancelled(const CohortRender *render)
 {

@@ -38,17 +38,22 @@ typedef struct Scatter {
     CoSampleKey key;
 } Scatter;
 
-void co_emit(const CoEmitter *emitter, const CoRay *ray, CoRayKey key)
+void co_emit_flush(CoEmitter *emitter)
 {
     CohortRender *render = emitter->render;
     CoWorkerCounts *counts = &render->workers[emitter->worker];
-    uint32_t words[CO_RAY_WORDS_MAX], overflow = 0;
-    bool is_kept = co_ray_encode(ray, render->ray_options, key, words, &overflow) > 0;
-    counts->overflows += overflow;
-    counts->underflows += !is_kept;
-    // A push that fails is remembered by the bins; the schedule reports it.
-    if (is_kept && co_ray_bins_push(render->bins, emitter->worker, words, co_ray_bin(ray->dir)))
-        counts->made[ray->kind]++;
+    CoRayQueue *queue = &emitter->queue;
+    CoRayEncoded encoded;
+    render->codes->encode(queue, render->ray_options, &encoded);
+    counts->overflows += (uint64_t)__builtin_popcount(encoded.has_overflown);
+    for (uint32_t i = 0; i < queue->count; i++) {
+        bool is_kept = encoded.is_kept >> i & 1;
+        counts->underflows += !is_kept;
+        // A push that fails is remembered by the bins; the schedule reports it.
+        if (is_kept && co_ray_bins_push(render->bins, emitter->worker, encoded.words[i], queue->bin[i]))
+            counts->made[queue->kind[i]]++;
+    }
+    queue->count = 0;
 }
 
 static CoRayKey ray_key(CoSampleKey key)
@@ -308,8 +313,10 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
 {
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
-    ShadeContext c = {render, {render, worker}, &render->workers[worker],
-                      {.instance = COHORT_INVALID_ID}};
+    ShadeContext c = {.render = render,
+                      .emitter = {.render = render, .worker = worker},
+                      .counts = &render->workers[worker],
+                      .memo = {.instance = COHORT_INVALID_ID}};
     if (co_render_is_cancelled(render))
         return;
     for (size_t i = begin; i < end; i++) {
@@ -331,6 +338,7 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
         else
             shade_surface(&c, &ray, hit, &vertex);
     }
+    co_emit_flush(&c.emitter);
 }
 
 void co_stage_shade(CohortRender *render)

@@ -8,12 +8,13 @@
 
 // Light rays end at their emitter, where they start if nothing blocks it, camera rays at the far clip or at the light they show: a lamp in the
 // picture hides what is behind it, though it blocks no other ray. The rest have no end.
-static void bound_rays(void *context, size_t begin, size_t end, uint32_t worker)
+static void decode_rays(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
     const CohortScene *scene = render->scene;
+    render->codes->decode(&b->records, NULL, render->ray_options, begin, end, &b->rays);
     for (size_t i = begin; i < end; i++) {
         const uint32_t *words = &b->records.words[i * render->ray_words];
         uint32_t kind = co_ray_kind(words);
@@ -71,9 +72,9 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
 {
     CoActiveBatch *b = &render->batch;
     double start = co_clock_seconds();
-    co_ray_batch_decode(&b->records, render->ray_options, &b->rays);
+    co_ray_batch_begin(&b->rays, b->records.count);
     b->hits.count = b->rays.count;
-    co_parallel_for(b->rays.count, 4096, bound_rays, render);
+    co_parallel_for(b->rays.count, 4096, decode_rays, render);
     if (render->sorts_rays && !co_sort_rays(&b->rays, render->settings.sorter, &b->sort_scratch, err))
         return false;
     co_parallel_for(b->rays.count, 16384, mark_rays, render);

@@ -6,6 +6,7 @@
 #define CO_RAYS_RAY_H
 
 #include "math/vec.h"
+#include "rays/octahedral.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -40,11 +41,12 @@ typedef struct CoRay {
     uint32_t flags;
     uint32_t extra; // index into the scene's interned table (optional word)
     uint32_t code[2]; // of dir, from co_ray_snap_direction or a decode; 0 = to be found from dir
-    uint32_t normal_code; // of normal, from co_ray_snap_normal; 0 = to be found from normal
+    uint32_t normal_code; // of normal, from co_ray_snap_normal or a decode; 0 = to be found from normal
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
 enum {
+    CO_DIRECTION_MAX = (1 << 25) - 1, // of the grid that directions are on
     CO_RAY_WORDS = 9,
     CO_RAY_WORDS_MAX = 11,
     CO_RAY_OPTION_TNEAR = 1, // + 1 word: scenes with cut-outs
@@ -61,18 +63,6 @@ static inline uint32_t co_ray_words(uint32_t options)
 {
     return CO_RAY_WORDS + (options & 1u) + ((options >> 1) & 1u);
 }
-
-// Encodes a ray. Returns the number of records written to `words` (co_ray_words(options) long):
-// 1, or 0 when the roulette of the weight's rounding left nothing: E[decoded weight] = weight.
-// The largest channel keeps nine bits: in light rays whatever its size, so that they end by
-// roulette only when black; in camera and BSDF rays from 2^-16 on. Weights above RGB9e5's own 65408
-// use more exponent bits and are counted in *overflow. A ray that can't be traced (NaN, infinite or
-// negative parts, no direction, a weight above 2.8e14, or 3.4e38 for light rays) is written with a
-// NaN origin, so that traversal rejects and counts it.
-// A direction, pdf or normal that has been through co_ray_quantize_* is stored exactly.
-// normal and pdf are kept for camera and BSDF rays, emitter (24 bits) for light rays.
-uint32_t co_ray_encode(const CoRay *ray, uint32_t options, CoRayKey key, uint32_t *words,
-                       uint32_t *overflow);
 
 // Decodes one record; fields that it does not hold are 0.
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out);
@@ -108,8 +98,16 @@ float co_ray_quantize_pdf(float pdf);
 
 // A decoded direction next to `dir`, and its code for CoRay.code, which saves the encoder the
 // search for it. Not always the one that co_ray_quantize_direction gives: several directions of the
-// grid round to the same three floats, and this takes the one nearest to dir.
-CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2]);
+// grid round to the same three floats, and this takes the one nearest to dir. 0: no direction.
+static inline CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2])
+{
+    CoOct nearest;
+    bool has_direction = co_oct_nearest(dir, CO_DIRECTION_MAX, &nearest);
+    code[0] = has_direction ? (uint32_t)(nearest.x + CO_DIRECTION_MAX + 1) : 0;
+    code[1] = has_direction ? (uint32_t)(nearest.y + CO_DIRECTION_MAX + 1) : 0;
+    return co_oct_decode(nearest, CO_DIRECTION_MAX);
+}
+
 CoVec3 co_ray_quantize_normal(CoVec3 n);
 
 // The same as co_ray_quantize_normal, with its code for CoRay.normal_code.

@@ -2,11 +2,9 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/parallel.h"
 
 #include <string.h>
 
-#define GRAIN 8192
 #define GROUP 64
 
 static size_t padded(size_t count)
@@ -68,41 +66,11 @@ void co_hit_batch_clear(CoHitBatch *batch)
     memset(batch, 0, sizeof *batch);
 }
 
-typedef struct Decode {
-    const CoRayRecords *records;
-    uint32_t options;
-    CoRayBatch *batch;
-} Decode;
-
-static void decode_range(void *context, size_t begin, size_t end, uint32_t worker)
+void co_ray_batch_begin(CoRayBatch *batch, size_t count)
 {
-    const Decode *decode = context;
-    CoRayBatch *batch = decode->batch;
-    (void)worker;
-    for (size_t i = begin; i < end; i++) {
-        const uint32_t *words = decode->records->words + i * decode->records->stride;
-        CoVec3 dir = co_ray_decode_direction(words);
-        memcpy(&batch->org_x[i], &words[0], sizeof(float));
-        memcpy(&batch->org_y[i], &words[1], sizeof(float));
-        memcpy(&batch->org_z[i], &words[2], sizeof(float));
-        batch->dir_x[i] = dir.x;
-        batch->dir_y[i] = dir.y;
-        batch->dir_z[i] = dir.z;
-        batch->tnear[i] = 0.0f;
-        if (decode->options & CO_RAY_OPTION_TNEAR)
-            memcpy(&batch->tnear[i], &words[CO_RAY_WORDS], sizeof(float));
-        batch->tfar[i] = INFINITY;
-        batch->record[i] = (uint32_t)i;
-    }
-}
-
-void co_ray_batch_decode(const CoRayRecords *records, uint32_t options, CoRayBatch *batch)
-{
-    CO_ASSERT(records->count <= batch->capacity);
-    Decode decode = {records, options, batch};
-    co_parallel_for(records->count, GRAIN, decode_range, &decode);
-    batch->count = records->count;
-    for (size_t i = batch->count; i < padded(batch->count); i++) {
+    CO_ASSERT(count <= batch->capacity);
+    batch->count = count;
+    for (size_t i = count; i < padded(count); i++) {
         batch->org_x[i] = batch->org_y[i] = batch->org_z[i] = 0.0f;
         batch->dir_x[i] = batch->dir_y[i] = 0.0f;
         batch->dir_z[i] = 1.0f;

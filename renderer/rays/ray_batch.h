@@ -14,10 +14,8 @@ void co_ray_batch_clear(CoRayBatch *batch);
 bool co_hit_batch_reserve(CoHitBatch *batch, size_t capacity, CohortError *err);
 void co_hit_batch_clear(CoHitBatch *batch);
 
-// Decodes origin, direction and tnear of every record, in record order, in parallel. tfar is
-// infinity. The padding up to a multiple of 64 gets rays that are over before they begin (tnear >
-// tfar). batch->capacity must be at least records->count. options: as the records were encoded
-// with.
-void co_ray_batch_decode(const CoRayRecords *records, uint32_t options, CoRayBatch *batch);
+// Makes *batch one of `count` rays, which are still to be decoded (rays/ray_kernels.h). The padding up
+// to a multiple of 64 gets rays that are over before they begin (tnear > tfar). count <= capacity.
+void co_ray_batch_begin(CoRayBatch *batch, size_t count);
 
 #endif

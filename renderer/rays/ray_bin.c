@@ -286,11 +286,19 @@ static bool commit(CoRayBins *bins, uint32_t bin, const uint32_t *words, uint64_
     return true;
 }
 
+// Of a length that the compiler knows but for the optional words.
+static void copy_record(uint32_t *to, const uint32_t *from, uint32_t stride)
+{
+    memcpy(to, from, CO_RAY_WORDS * sizeof *to);
+    for (uint32_t i = CO_RAY_WORDS; i < stride; i++)
+        to[i] = from[i];
+}
+
 bool co_ray_bins_push(CoRayBins *bins, uint32_t worker, const uint32_t *words, uint32_t bin)
 {
     CO_ASSERT(worker < bins->workers && bin < CO_RAY_BINS);
     Local *local = &bins->local[worker][bin];
-    memcpy(local->words + (size_t)local->count * bins->stride, words, bins->record_bytes);
+    copy_record(local->words + (size_t)local->count * bins->stride, words, bins->stride);
     if (++local->count < bins->local_records)
         return true;
     local->count = 0;

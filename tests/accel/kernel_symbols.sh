@@ -6,7 +6,7 @@ shift
 [ $# -gt 0 ] || exit 1
 for object; do
     "$nm" "$object" >"${TMPDIR:-/tmp}/symbols.$$" || exit 1
-    grep -q ' T co_accel_traverse_' "${TMPDIR:-/tmp}/symbols.$$" || { echo "$object: no kernel"; exit 1; }
+    grep -qE ' T co_[a-z_]*_(scalar|sse42|avx2|avx512)' "${TMPDIR:-/tmp}/symbols.$$" || { echo "$object: no kernel"; exit 1; }
     if grep -E ' [bBcCdDgGrRsSvV] ' "${TMPDIR:-/tmp}/symbols.$$" | grep -v ' r \.LC'; then
         echo "$object: data symbols"
         exit 1

@@ -7,16 +7,21 @@
 #include "base/parallel.h"
 #include "film/film.h"
 #include "rays/ray_batch.h"
+#include "rays/ray_kernels.h"
 #include "sort/hit_sort.h"
 #include "sort/ray_sort.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define REPEATS 5
 
 typedef struct Bench {
+    const CoRayKernels *codes;
     CoRayBins *bins;
+    CoRayRecords records; // of the batch
+    CoRayBatch batch;
     CoRay *rays;
     uint32_t *words;
     size_t count;
@@ -50,12 +55,26 @@ static CoRay make_ray(uint32_t n)
 static void encode_range(void *context, size_t begin, size_t end, uint32_t worker)
 {
     Bench *b = context;
-    uint32_t overflow = 0;
+    CoRayQueue queue = {.count = 0};
+    CoRayEncoded encoded;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
         CoRayKey key = {(uint32_t)i, 0, 0};
-        co_ray_encode(&b->rays[i], 0, key, b->words + i * CO_RAY_WORDS, &overflow);
+        if (!co_ray_queue_add(&queue, &b->rays[i], key) && i + 1 < end)
+            continue;
+        b->codes->encode(&queue, 0, &encoded);
+        for (uint32_t k = 0; k < queue.count; k++)
+            memcpy(b->words + (i + 1 - queue.count + k) * CO_RAY_WORDS, encoded.words[k],
+                   CO_RAY_WORDS * sizeof(uint32_t));
+        queue.count = 0;
     }
+}
+
+static void decode_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Bench *b = context;
+    (void)worker;
+    b->codes->decode(&b->records, NULL, 0, begin, end, &b->batch);
 }
 
 static void push_range(void *context, size_t begin, size_t end, uint32_t worker)
@@ -134,10 +153,10 @@ static void bench_stream(Bench *b)
 {
     Timing encode = {0}, push = {0}, decode = {0}, sort[2] = {{.runs = 0}, {.runs = 0}};
     double spread[2], size[2];
-    CoRayBatch batch = {.count = 0};
+    CoRayBatch *batch = &b->batch;
     CoSortScratch scratch = {NULL, 0};
     CohortError err = {0};
-    CoRayRecords records;
+    CoRayRecords *records = &b->records;
     for (int r = 0; r < REPEATS; r++) {
         double t = co_clock_seconds();
         co_parallel_for(b->count, 4096, encode_range, b);
@@ -146,21 +165,22 @@ static void bench_stream(Bench *b)
         co_parallel_for(b->count, 4096, push_range, b);
         bool is_good = co_ray_bins_flush(b->bins, &err);
         time_add(&push, t, b->count);
-        if (!is_good || !co_ray_bins_pop(b->bins, &records, &err) ||
-            !co_ray_batch_reserve(&batch, records.count, &err))
+        if (!is_good || !co_ray_bins_pop(b->bins, records, &err) ||
+            !co_ray_batch_reserve(batch, records->count, &err))
             break;
         for (int s = 0; s < 2; s++) {
             t = co_clock_seconds();
-            co_ray_batch_decode(&records, 0, &batch);
+            co_ray_batch_begin(batch, b->count);
+            co_parallel_for(b->count, 4096, decode_range, b);
             time_add(&decode, t, b->count);
             t = co_clock_seconds();
-            if (!co_sort_rays(&batch, s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, &scratch, &err))
+            if (!co_sort_rays(batch, s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, &scratch, &err))
                 break;
             time_add(&sort[s], t, b->count);
-            spread[s] = group_spread(&batch);
-            size[s] = group_size(&batch);
+            spread[s] = group_spread(batch);
+            size[s] = group_size(batch);
         }
-        co_ray_bins_recycle(b->bins, &records);
+        co_ray_bins_recycle(b->bins, records);
     }
     if (err.code != COHORT_OK) {
         printf("failed: %s\n", err.message);
@@ -173,7 +193,7 @@ static void bench_stream(Bench *b)
     report("ray sort, fast", &sort[1]);
     printf("group spread, exact and fast %8.5f %8.5f\n", spread[0], spread[1]);
     printf("group size, exact and fast   %8.4f %8.4f\n", size[0], size[1]);
-    co_ray_batch_clear(&batch);
+    co_ray_batch_clear(batch);
     co_sort_scratch_clear(&scratch);
 }
 
@@ -205,7 +225,7 @@ int main(int argc, char **argv)
     size_t count = (size_t)1 << (log2_count < 8 ? 8 : log2_count > 26 ? 26 : log2_count);
     co_worker_count_set(argc > 2 ? (uint32_t)atoi(argv[2]) : 0);
     CohortError err = {0};
-    Bench bench = {.count = count};
+    Bench bench = {.count = count, .codes = co_ray_kernels(NULL)};
     bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(), NULL, &err);
     bench.rays = malloc(count * sizeof *bench.rays);
     bench.words = malloc(count * CO_RAY_WORDS * sizeof *bench.words);

@@ -8,6 +8,7 @@
 #include "base/clock.h"
 #include "base/parallel.h"
 #include "math/vec.h"
+#include "rays/ray_kernels.h"
 #include "sort/ray_sort.h"
 
 #include <stdio.h>
@@ -299,15 +300,26 @@ static void measure_sorted_batches(Bench *bench)
 }
 
 typedef struct Pack {
+    const CoRayKernels *codes;
     const CoRayBatch *rays;
     CoRayBins *bins;
 } Pack;
+
+static void push_queue(const Pack *pack, uint32_t worker, CoRayQueue *queue)
+{
+    CoRayEncoded encoded;
+    pack->codes->encode(queue, 0, &encoded);
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (encoded.is_kept >> i & 1)
+            co_ray_bins_push(pack->bins, worker, encoded.words[i], queue->bin[i]);
+    queue->count = 0;
+}
 
 static void pack_range(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Pack *pack = context;
     const CoRayBatch *rays = pack->rays;
-    uint32_t words[CO_RAY_WORDS_MAX], overflow = 0;
+    CoRayQueue queue = {.count = 0};
     for (size_t i = begin; i < end; i++) {
         CoRay ray = {.kind = CO_RAY_BSDF, .depth = 2, .path = (uint32_t)i, .pdf = 0.25f};
         ray.org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
@@ -316,9 +328,10 @@ static void pack_range(void *context, size_t begin, size_t end, uint32_t worker)
         ray.weight = co_vec3(0.7f, 0.5f, 0.3f);
         ray.normal = co_vec3(0.0f, 1.0f, 0.0f);
         ray.width = 0.01f;
-        if (co_ray_encode(&ray, 0, (CoRayKey){(uint32_t)i, 0, 0}, words, &overflow))
-            co_ray_bins_push(pack->bins, worker, words, co_ray_bin(ray.dir));
+        if (co_ray_queue_add(&queue, &ray, (CoRayKey){(uint32_t)i, 0, 0}))
+            push_queue(pack, worker, &queue);
     }
+    push_queue(pack, worker, &queue);
 }
 
 // Where the time of sorted_total goes.
@@ -338,6 +351,19 @@ static void book(const Bench *bench, double *since, double parts[PART_COUNT], Pa
     *since = at;
 }
 
+typedef struct Decode {
+    const CoRayKernels *codes;
+    const CoRayRecords *records;
+    CoRayBatch *batch;
+} Decode;
+
+static void decode_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Decode *decode = context;
+    (void)worker;
+    decode->codes->decode(decode->records, NULL, 0, begin, end, decode->batch);
+}
+
 static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts,
                           double parts[PART_COUNT])
 {
@@ -348,7 +374,9 @@ static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool
         if (!co_ray_bins_pop(bins, &records, NULL) ||
             (records.count == 0 && !co_ray_bins_drain(bins, &records, NULL)) || records.count == 0)
             return;
-        co_ray_batch_decode(&records, 0, batch);
+        co_ray_batch_begin(batch, records.count);
+        Decode decode = {co_ray_kernels(bench->isa), &records, batch};
+        co_parallel_for(records.count, GRAIN, decode_range, &decode);
         book(bench, &since, parts, PART_DECODE);
         if (sorts)
             co_sort_rays(batch, COHORT_SORTER_FAST, &bench->scratch, NULL);
@@ -383,7 +411,7 @@ static void measure_sorted_total(Bench *bench)
     bool sorts = bench_scene_tree_bytes(&bench->scene) + bench->scene.mesh_bytes > SORT_PAYS_BYTES;
     for (int round = -1; round < bench->options->repeats; round++) { // the first one makes files
         double start = now(bench), since = start;
-        Pack pack = {rays, bins};
+        Pack pack = {co_ray_kernels(bench->isa), rays, bins};
         co_parallel_for(rays->count, GRAIN, pack_range, &pack);
         co_ray_bins_flush(bins, NULL);
         memset(parts, 0, sizeof parts);
