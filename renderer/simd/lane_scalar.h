@@ -107,5 +107,17 @@ static inline void co_lane_load_points(const float *points, const uint32_t *inde
     for (int c = 0; c < 3; c++)
         out[c] = points[3 * (uint64_t)*index + (uint64_t)c];
 }
+// Least of eight, the first of those that are equal: makes it 0xffff and returns its place, with the
+// least of what is left then in the upper 16 bits.
+static inline uint32_t co_take_least(uint16_t v[8])
+{
+    uint32_t place = 0, left = 0;
+    for (uint32_t i = 1; i < 8; i++)
+        place = v[i] < v[place] ? i : place;
+    v[place] = 0xffff;
+    for (uint32_t i = 1; i < 8; i++)
+        left = v[i] < v[left] ? i : left;
+    return place | (uint32_t)v[left] << 16;
+}
 
 #endif

@@ -37,28 +37,44 @@ static void call_alone(const CoBox *boxes, uint32_t box_count, const CoWideNode 
     }
 }
 
+// At most what the order of a child was made from.
+static float ordered_entry(uint16_t order)
+{
+    union {
+        uint32_t u;
+        float f;
+    } bits = {(uint32_t)order << 16 | (order >> 15 ? 0xffffu : 0)};
+    return bits.f;
+}
+
 // Those of one mix of signs.
 static void call_together(const CoWideNode *node, const Rays *rays, uint64_t same,
                           KernelAnswer *out)
 {
-    const StreamRows rows = stream_rows(rays, (uint32_t)__builtin_ctzll(same));
-    StreamNode found;
+    const StreamSlabs slabs = stream_slabs(rays, (uint32_t)__builtin_ctzll(same));
+    StreamNode found, bounds;
     Beam beam;
     KernelNode all;
-    stream_node(node, rays, &rows, same, &found);
+    stream_node(node, rays, &slabs, same, &found);
     beam_load(rays, (uint32_t)__builtin_ctzll(same), &beam);
-    all.bits = beam_node(node, &beam, &rows, all.entry);
+    if (beam.is_safe)
+        beam_node(node, &beam, &slabs, same, &bounds);
+    else
+        bounds = found;
+    all.bits = bounds.bits;
     for (uint32_t i = 0; i < CO_NODE_WIDTH; i++) {
-        uint64_t again = stream_child(node, i, rays, &rows, same);
+        uint64_t again = stream_child(node, i, rays, &slabs, same);
+        all.entry[i] = ordered_entry(bounds.order[i]);
         for (uint64_t left = same; left; left &= left - 1) {
             uint32_t j = (uint32_t)__builtin_ctzll(left);
             KernelAnswer *answer = &out[rays->slot[j]];
             answer->together.bits |= (uint32_t)(found.active[i] >> j & 1u) << i;
-            answer->together.entry[i] = found.entry[i]; // of the first ray
-            answer->beam = all;
+            answer->together.entry[i] = ordered_entry(found.order[i]); // of the first ray
             answer->again |= (uint32_t)(again >> j & 1u) << i;
         }
     }
+    for (uint64_t left = same; left; left &= left - 1)
+        out[rays->slot[__builtin_ctzll(left)]].beam = all;
 }
 
 void CO_LANE_NAME(kernel_calls)(const CoBox *boxes, uint32_t box_count, float relative,

@@ -42,6 +42,15 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table
         for (int c = 0; c < 3; c++)
             co_lane_store(at += count, point[c]);
     }
+    float *at = out + (LANE_CALL_COUNT - 1) * count;
+    for (uint32_t i = 0; i < count; i += 8) {
+        uint16_t v[8];
+        for (uint32_t k = 0; k < 8; k++) // some are equal, some 0xffff
+            v[k] = (uint16_t)(index[i + k] < 200 ? index[i + (k & 5u)] * 511u : 0xffffu);
+        uint32_t taken = co_take_least(v);
+        for (uint32_t k = 0; k < 8; k++)
+            at[i + k] = (float)(k < 6 ? v[k] : k == 6 ? taken & 0xffffu : taken >> 16);
+    }
 }
 
 static void store_wide_mask(float *out, CoWideMask mask)

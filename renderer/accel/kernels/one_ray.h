@@ -202,6 +202,16 @@ static inline float padding(float distance, float largest_org, float relative)
     return (distance * (0x1p-20f + relative) + largest_org * relative) + CO_LEAST_SLACK;
 }
 
+// Slabs of triangles are padded by what the box of their mesh asks for. That of a mesh in place is
+// taken when a triangle may be hit.
+static inline void pad_for(Ray *ray, const CoBvh *bvh)
+{
+    if (ray->padded_for == bvh)
+        return;
+    ray->padded_for = bvh;
+    ray->pad = padding(box_distance(ray->org, &bvh->tree.box), 0.0f, 0.0f);
+}
+
 // Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
 // from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
 // units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's

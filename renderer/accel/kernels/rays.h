@@ -16,6 +16,8 @@ typedef struct Rays {
     float dir[3][CO_RAYS_ROOM];
     float inv[3][CO_RAYS_ROOM];                            // 1 / dir, finite and never 0
     float near_c[3][CO_RAYS_ROOM], far_c[3][CO_RAYS_ROOM]; // of a node's slabs
+    // In a group: of the nodes of meshes that stand in it as they are.
+    float near_tight[3][CO_RAYS_ROOM], far_tight[3][CO_RAYS_ROOM];
     float pad[CO_RAYS_ROOM];                               // of the canonical slabs
     float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM];      // of the instances' boxes on the way here
     float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];         // where hits may lie, as far as is known
@@ -25,7 +27,9 @@ typedef struct Rays {
     uint64_t negative[3];         // rays whose direction is, by axis
     uint64_t along[3];            // rays by major axis
     uint64_t huge; // rays for which a node's slabs may overflow: children are to be looked at
-    uint64_t done; // rays that need no more
+    uint64_t signed_zero; // in a group: rays that even the transform which is none may change
+    uint64_t done;        // rays that need no more
+    uint64_t nearer;      // rays whose `to` has changed since somebody asked
     uint32_t count;
 } Rays;
 
@@ -70,23 +74,35 @@ static inline void rays_transform(Rays *rays, const CoAffine *to_object)
     }
 }
 
-// Constants of one axis, see ray_prepare. Returns lanes whose nodes may overflow.
-static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoWide org, CoWide d, CoWide pad,
-                                    CoWide distance)
+// Slabs of one axis, see ray_set_origin; `is_safe` tells where they do not overflow.
+static inline void prepare_slabs(CoWide org, CoWide inv, CoWide shift, CoWideMask is_safe,
+                                 float *near_c, float *far_c)
+{
+    const CoWide nan = co_wide_set1(__builtin_nanf(""));
+    CoWide minus = co_wide_sub(co_wide_set1(0.0f), inv);
+    shift = co_wide_copysign(shift, inv);
+    CoWide near = co_wide_mul(co_wide_add(org, shift), minus);
+    CoWide far = co_wide_mul(co_wide_sub(org, shift), minus);
+    co_wide_store(near_c, co_wide_select(is_safe, near, nan));
+    co_wide_store(far_c, co_wide_select(is_safe, far, nan));
+}
+
+// Constants of one axis, see ray_set_origin. pads: of nodes, and of those of meshes that stand as they
+// are. Returns lanes whose nodes may overflow.
+static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoWide org, CoWide d,
+                                    const CoWide pads[2], CoWide distance, bool is_group)
 {
     CoWide size = co_wide_abs(org), inv = co_wide_div(co_wide_set1(1.0f), d);
-    CoWide shift = co_wide_add(pad, co_wide_mul(size, co_wide_set1(0x1p-23f)));
     CoWide reach = co_wide_add(distance, size);
-    shift = co_wide_add(shift, co_wide_mul(reach, co_wide_set1(0x1p-21f)));
-    shift = co_wide_copysign(shift, d);
-    CoWide minus = co_wide_sub(co_wide_set1(0.0f), inv);
-    CoWide near_c = co_wide_mul(co_wide_add(org, shift), minus);
-    CoWide far_c = co_wide_mul(co_wide_sub(org, shift), minus);
+    CoWide rounding = co_wide_add(co_wide_mul(size, co_wide_set1(0x1p-23f)),
+                                  co_wide_mul(reach, co_wide_set1(0x1p-21f)));
     CoWideMask is_safe = co_wide_lt(co_wide_mul(reach, co_wide_abs(inv)), co_wide_set1(0x1p125f));
-    CoWide nan = co_wide_set1(__builtin_nanf(""));
     co_wide_store(rays->inv[k] + j, inv);
-    co_wide_store(rays->near_c[k] + j, co_wide_select(is_safe, near_c, nan));
-    co_wide_store(rays->far_c[k] + j, co_wide_select(is_safe, far_c, nan));
+    prepare_slabs(org, inv, co_wide_add(pads[0], rounding), is_safe, rays->near_c[k] + j,
+                  rays->far_c[k] + j);
+    if (is_group)
+        prepare_slabs(org, inv, co_wide_add(pads[1], rounding), is_safe, rays->near_tight[k] + j,
+                      rays->far_tight[k] + j);
     rays->negative[k] |= (uint64_t)co_wide_bits(co_wide_lt(d, co_wide_set1(0.0f))) << j;
     return ~co_wide_bits(is_safe) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
@@ -111,13 +127,21 @@ static inline void prepare_shear(Rays *rays, uint32_t j, const CoWide dir[3])
     rays->along[1] |= (uint64_t)is_y << j;
 }
 
+// Lanes that are -0.
+static inline uint32_t negative_zeros(CoWide a)
+{
+    const CoWide zero = co_wide_set1(0.0f);
+    CoWide sign = co_wide_copysign(co_wide_set1(1.0f), a);
+    return co_wide_bits(co_wide_lt(sign, zero)) & ~co_wide_bits(co_wide_ne(a, zero));
+}
+
 // As ray_prepare.
 static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
 {
     CoWide base = co_wide_set1(0x1p-20f + relative), from_org = co_wide_set1(relative);
     for (int k = 0; k < 3; k++)
         rays->negative[k] = rays->along[k] = 0;
-    rays->huge = rays->done = 0;
+    rays->huge = rays->done = rays->nearer = rays->signed_zero = 0;
     for (uint32_t j = 0; j < rays->count; j += CO_WIDE_WIDTH) {
         CoWide org[3], dir[3], distance = co_wide_set1(0.0f);
         CoWide largest_org = distance, largest_dir = distance;
@@ -139,20 +163,39 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
         CoWide tiny = co_wide_mul(largest_dir, co_wide_set1(1e-18f));
         pad = co_wide_add(pad, co_wide_set1(CO_LEAST_SLACK));
         co_wide_store(rays->pad + j, pad);
-        pad = co_wide_add(pad, co_wide_set1(CO_LEAST_SLACK)); // nodes round once more
+        // Nodes round once more.
+        const CoWide least = co_wide_set1(CO_LEAST_SLACK);
+        CoWide tight = co_wide_add(co_wide_mul(distance, co_wide_set1(0x1p-20f)), least);
+        const CoWide pads[2] = {co_wide_add(pad, least), co_wide_add(tight, least)};
         uint32_t huge = 0;
         for (int k = 0; k < 3; k++) {
             CoWideMask is_tiny = co_wide_lt(co_wide_abs(dir[k]), tiny);
             CoWide d = co_wide_select(is_tiny, co_wide_copysign(tiny, dir[k]), dir[k]);
-            huge |= prepare_axis(rays, k, j, org[k], d, pad, distance);
+            huge |= prepare_axis(rays, k, j, org[k], d, pads, distance, relative > 0.0f);
         }
         rays->huge |= (uint64_t)huge << j;
+        for (int k = 0; k < 3 && relative > 0.0f; k++)
+            rays->signed_zero |= (uint64_t)(negative_zeros(org[k]) | negative_zeros(dir[k])) << j;
         prepare_shear(rays, j, dir);
         CoWide unfit = co_wide_set1(-INFINITE);
         co_wide_store(rays->exit + j, co_wide_select(is_fit, co_wide_load(rays->exit + j), unfit));
         co_wide_store(rays->to + j, co_wide_select(is_fit, co_wide_load(rays->to + j), unfit));
     }
     rays->along[2] = ~(rays->along[0] | rays->along[1]);
+}
+
+// Of the canonical slabs of a mesh's triangles, as `padding` has it.
+static inline CoWide rays_padding(const Rays *rays, uint32_t j, const CoBox *box)
+{
+    CoWide distance = co_wide_set1(0.0f);
+    for (int k = 0; k < 3; k++) {
+        CoWide org = co_wide_load(rays->org[k] + j);
+        distance = co_wide_max(co_wide_sub(org, co_wide_set1(box->lo[k])), distance);
+        distance = co_wide_max(co_wide_sub(co_wide_set1(box->hi[k]), org), distance);
+    }
+    distance = co_wide_min(distance, co_wide_set1(3e38f));
+    return co_wide_add(co_wide_mul(distance, co_wide_set1(0x1p-20f)),
+                       co_wide_set1(CO_LEAST_SLACK));
 }
 
 static inline uint32_t rays_major(const Rays *rays, uint32_t j)
@@ -199,9 +242,10 @@ static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
                    rays->inv[z][j]};
 }
 
-// What became of it.
+// Where it ends now.
 static inline void rays_settle(Rays *rays, uint32_t j, float best)
 {
+    rays->nearer |= (uint64_t)(best < rays->to[j]) << j;
     rays->to[j] = float_min(rays->to[j], best);
     if (best == -INFINITE)
         rays->done |= 1ull << j;

@@ -86,8 +86,10 @@ static inline bool is_empty(const CoObject *object)
 
 static inline Walk walk_of(const CoObject *object, uint32_t path)
 {
-    return (Walk){object->top ? &object->top->tree : &object->bvh->tree,
-                  object->top ? NULL : object->bvh, object, path};
+    return (Walk){.tree = object->top ? &object->top->tree : &object->bvh->tree,
+                  .bvh = object->top ? NULL : object->bvh,
+                  .object = object,
+                  .path = path};
 }
 
 // Asks for what the entered children hold: a leaf of usual size and most of a node are two lines.
@@ -102,16 +104,6 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
         __builtin_prefetch(at + 64);
         __builtin_prefetch(at + 128);
     }
-}
-
-// Slabs of triangles are padded by what the box of their mesh asks for. That of a mesh in place is
-// taken when a triangle may be hit.
-static inline void pad_for(Ray *ray, const CoBvh *bvh)
-{
-    if (ray->padded_for == bvh)
-        return;
-    ray->padded_for = bvh;
-    ray->pad = padding(box_distance(ray->org, &bvh->tree.box), 0.0f, 0.0f);
 }
 
 // One ray against a leaf. Returns true when it needs no more.

@@ -13,17 +13,19 @@
 
 #define WIDE_MASK ((uint64_t)(CO_WIDE_WIDTH == 64 ? ~0ull : (1ull << CO_WIDE_WIDTH) - 1u))
 
-// Rows of CoWideNode.planes that rays enter by, all of them having the same signs.
-typedef struct StreamRows {
+// What rays with the same signs have of slabs: rows of CoWideNode.planes that they enter by, and the
+// constants of nodes.
+typedef struct StreamSlabs {
     uint32_t near[3];
-} StreamRows;
+    const float (*near_c)[CO_RAYS_ROOM], (*far_c)[CO_RAYS_ROOM];
+} StreamSlabs;
 
-static inline StreamRows stream_rows(const Rays *rays, uint32_t j)
+static inline StreamSlabs stream_slabs(const Rays *rays, uint32_t j)
 {
-    StreamRows rows;
+    StreamSlabs slabs = {.near_c = rays->near_c, .far_c = rays->far_c};
     for (uint32_t k = 0; k < 3; k++)
-        rows.near[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
-    return rows;
+        slabs.near[k] = 2 * k + (uint32_t)(rays->negative[k] >> j & 1u);
+    return slabs;
 }
 
 // Rays of `active` whose direction has the signs of ray j's.
@@ -50,7 +52,7 @@ typedef struct Beam {
     float inv[2][3]; // least and most
     float near_c[2][3], far_c[2][3];
     float from, to;
-    bool is_safe; // nothing overflows
+    bool is_safe; // nothing overflows: it can be used
 } Beam;
 
 static inline float least_of(CoWide a)
@@ -123,85 +125,120 @@ static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
     }
 }
 
-// One bit per child that a ray may enter, and where at the earliest.
-static inline uint32_t beam_node(const CoWideNode *node, const Beam *beam, const StreamRows *rows,
-                                 float entry[CO_NODE_WIDTH])
+// By child of a node: rays that enter it.
+typedef uint64_t StreamMarks __attribute__((vector_size(64)));
+
+// What became of a node: who enters each child, and in what order they are to be visited.
+typedef struct StreamNode {
+    StreamMarks active;
+    uint16_t order[CO_NODE_WIDTH]; // NOWHERE: no ray enters it
+    uint32_t bits;                 // children that any ray enters
+} StreamNode;
+
+#define NOWHERE 0xffffu
+
+// The upper half of where the first ray enters, which orders as well as all of it (but for negative
+// ones, which are merely visited in another order).
+static inline void stream_order(const float entry[CO_NODE_WIDTH], uint16_t order[CO_NODE_WIDTH])
 {
-    uint32_t bits = 0;
+    uint32_t bits[CO_NODE_WIDTH];
+    __builtin_memcpy(bits, entry, sizeof bits);
+    for (int i = 0; i < CO_NODE_WIDTH; i++)
+        order[i] = (uint16_t)(bits[i] >> 16);
+}
+
+// An entry that comes to NOWHERE.
+static inline CoLane nowhere(void)
+{
+    union {
+        uint32_t u;
+        float f;
+    } bits = {~0u};
+    return co_lane_set1(bits.f);
+}
+
+// Bounds of many rays against all children.
+static inline void beam_node(const CoWideNode *node, const Beam *beam, const StreamSlabs *slabs,
+                             uint64_t active, StreamNode *out)
+{
+    float entry[CO_NODE_WIDTH];
+    out->bits = 0;
     for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
         CoLane near = co_lane_set1(beam->from), far = co_lane_set1(beam->to);
-        for (int k = 0; k < 3 && beam->is_safe; k++) {
-            CoLane plane = co_lane_load(node->planes[rows->near[k]] + i), inv[2], ends[2];
+        for (int k = 0; k < 3; k++) {
+            CoLane plane = co_lane_load(node->planes[slabs->near[k]] + i), inv[2], ends[2];
             for (int m = 0; m < 2; m++) {
                 inv[m] = co_lane_set1(beam->inv[m][k]);
                 ends[m] = co_lane_muladd(plane, inv[m], co_lane_set1(beam->near_c[m][k]));
             }
             near = co_lane_max(co_lane_min(ends[0], ends[1]), near);
-            plane = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
+            plane = co_lane_load(node->planes[slabs->near[k] ^ 1u] + i);
             for (int m = 0; m < 2; m++)
                 ends[m] = co_lane_muladd(plane, inv[m], co_lane_set1(beam->far_c[m][k]));
             far = co_lane_min(co_lane_max(ends[0], ends[1]), far);
         }
-        co_lane_store(entry + i, near);
-        bits |= co_lane_bits(co_lane_le(near, far)) << i;
+        CoLaneMask enters = co_lane_le(near, far);
+        co_lane_store(entry + i, co_lane_select(enters, near, nowhere()));
+        out->bits |= co_lane_bits(enters) << i;
     }
-    return beam->is_safe ? bits : present_children(node);
+    out->active = (StreamMarks){0} + active;
+    stream_order(entry, out->order);
 }
 
-// What became of a node: who enters each child, and where the first of them does.
-typedef struct StreamNode {
-    uint64_t active[CO_NODE_WIDTH];
-    float entry[CO_NODE_WIDTH];
-    uint32_t bits; // children that any ray enters
-} StreamNode;
-
 // Few rays, each against all children.
-static inline void stream_node(const CoWideNode *node, const Rays *rays, const StreamRows *rows,
+static inline void stream_node(const CoWideNode *node, const Rays *rays, const StreamSlabs *slabs,
                                uint64_t active, StreamNode *out)
 {
-    for (int i = 0; i < CO_NODE_WIDTH; i++)
-        out->active[i] = 0;
-    out->bits = 0;
-    for (int i = 0; i < CO_NODE_WIDTH; i += CO_LANE_WIDTH) {
-        CoLane near_plane[3], far_plane[3], first = co_lane_set1(INFINITE);
-        for (int k = 0; k < 3; k++) {
-            near_plane[k] = co_lane_load(node->planes[rows->near[k]] + i);
-            far_plane[k] = co_lane_load(node->planes[rows->near[k] ^ 1u] + i);
-        }
-        for (uint64_t left = active; left; left &= left - 1) {
-            uint32_t j = (uint32_t)__builtin_ctzll(left);
+    enum {
+        PARTS = CO_NODE_WIDTH / CO_LANE_WIDTH
+    };
+    const StreamMarks places = {0, 1, 2, 3, 4, 5, 6, 7};
+    StreamMarks marks = {0};
+    uint32_t any = 0;
+    CoLane first[PARTS];
+    float entry[CO_NODE_WIDTH];
+    for (int p = 0; p < PARTS; p++)
+        first[p] = nowhere();
+    for (; active; active &= active - 1) {
+        uint32_t j = (uint32_t)__builtin_ctzll(active), bits = 0;
+        for (int p = 0; p < PARTS; p++) {
             CoLane near = co_lane_set1(rays->from[j]), far = co_lane_set1(rays->to[j]);
             for (int k = 0; k < 3; k++) {
+                const float *planes = node->planes[slabs->near[k]] + p * CO_LANE_WIDTH;
+                const float *others = node->planes[slabs->near[k] ^ 1u] + p * CO_LANE_WIDTH;
                 CoLane inv = co_lane_set1(rays->inv[k][j]);
-                near = co_lane_max(
-                    co_lane_muladd(near_plane[k], inv, co_lane_set1(rays->near_c[k][j])), near);
-                far = co_lane_min(
-                    co_lane_muladd(far_plane[k], inv, co_lane_set1(rays->far_c[k][j])), far);
+                CoLane near_c = co_lane_set1(slabs->near_c[k][j]);
+                CoLane far_c = co_lane_set1(slabs->far_c[k][j]);
+                near = co_lane_max(co_lane_muladd(co_lane_load(planes), inv, near_c), near);
+                far = co_lane_min(co_lane_muladd(co_lane_load(others), inv, far_c), far);
             }
             CoLaneMask enters = co_lane_le(near, far);
-            first = co_lane_select(enters, co_lane_min(near, first), first);
-            uint32_t bits = co_lane_bits(enters);
-            out->bits |= bits << i;
-            for (; bits; bits &= bits - 1)
-                out->active[i + __builtin_ctz(bits)] |= 1ull << j;
+            first[p] = co_lane_select(enters, co_lane_min(first[p], near), first[p]);
+            bits |= co_lane_bits(enters) << p * CO_LANE_WIDTH;
         }
-        co_lane_store(out->entry + i, first);
+        any |= bits;
+        marks |= ((((StreamMarks){0} + bits) >> places) & 1) << j;
     }
+    for (int p = 0; p < PARTS; p++)
+        co_lane_store(entry + p * CO_LANE_WIDTH, first[p]);
+    out->active = marks;
+    out->bits = any;
+    stream_order(entry, out->order);
 }
 
 // Rays of `active` that still enter child i of a node.
 static inline uint64_t stream_child(const CoWideNode *node, uint32_t i, const Rays *rays,
-                                    const StreamRows *rows, uint64_t active)
+                                    const StreamSlabs *slabs, uint64_t active)
 {
     uint64_t left = 0;
     for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
         CoWide near = co_wide_load(rays->from + j), far = co_wide_load(rays->to + j);
         for (int k = 0; k < 3; k++) {
             CoWide inv = co_wide_load(rays->inv[k] + j);
-            CoWide near_plane = co_wide_set1(node->planes[rows->near[k]][i]);
-            CoWide far_plane = co_wide_set1(node->planes[rows->near[k] ^ 1u][i]);
-            near_plane = co_wide_muladd(near_plane, inv, co_wide_load(rays->near_c[k] + j));
-            far_plane = co_wide_muladd(far_plane, inv, co_wide_load(rays->far_c[k] + j));
+            CoWide near_plane = co_wide_set1(node->planes[slabs->near[k]][i]);
+            CoWide far_plane = co_wide_set1(node->planes[slabs->near[k] ^ 1u][i]);
+            near_plane = co_wide_muladd(near_plane, inv, co_wide_load(slabs->near_c[k] + j));
+            far_plane = co_wide_muladd(far_plane, inv, co_wide_load(slabs->far_c[k] + j));
             near = co_wide_max(near_plane, near);
             far = co_wide_min(far_plane, far);
         }
@@ -210,18 +247,16 @@ static inline uint64_t stream_child(const CoWideNode *node, uint32_t i, const Ra
     return left & active;
 }
 
-// Where rays enter and leave a box, as slab_box has it. Returns those that do.
-static inline uint32_t enter_box(const Rays *rays, const StreamRows *rows, uint32_t j,
+// Narrows [*from, *to] to a box, as slab_box has it. Returns rays for which something is left.
+static inline uint32_t enter_box(const Rays *rays, const StreamSlabs *slabs, uint32_t j, CoWide pad,
                                  const CoBox *box, CoWide *from, CoWide *to)
 {
     const float *planes[2] = {box->lo, box->hi};
-    *from = co_wide_load(rays->entry + j);
-    *to = co_wide_load(rays->exit + j);
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t near_side = rows->near[k] & 1u;
+        uint32_t near_side = slabs->near[k] & 1u;
         CoWide org = co_wide_load(rays->org[k] + j), inv = co_wide_load(rays->inv[k] + j);
         CoWide shift = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-23f));
-        shift = co_wide_add(shift, co_wide_load(rays->pad + j));
+        shift = co_wide_add(shift, pad);
         shift = co_wide_copysign(shift, inv);
         CoWide near = co_wide_sub(co_wide_set1(planes[near_side][k]), co_wide_add(org, shift));
         CoWide far = co_wide_sub(co_wide_set1(planes[near_side ^ 1u][k]), co_wide_sub(org, shift));

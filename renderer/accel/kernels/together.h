@@ -6,53 +6,45 @@
 #ifndef CO_ACCEL_KERNELS_TOGETHER_H
 #define CO_ACCEL_KERNELS_TOGETHER_H
 
-static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
-                           const Walk *walk, uint32_t index);
-
-typedef struct StreamEntry {
-    uint64_t active; // rays that entered the child
-    float entry;     // of the first of them, at the earliest
+// A node some of whose children are still to be visited.
+typedef struct StreamFrame {
+    StreamNode found;
+    uint64_t nearer; // rays that have come to end nearer since the children were tested
     uint32_t node;
-    uint32_t child; // of that node
-    uint32_t hits;  // of the group when they did
-} StreamEntry;
+    bool is_bounded; // only bounds of the rays were tested
+} StreamFrame;
+
+// A child to be visited, by the rays that entered it.
+typedef struct StreamChild {
+    uint64_t active;
+    uint64_t stale; // those of them that may not enter it any more
+    uint32_t node, place;
+} StreamChild;
 
 // A walk of rays whose directions have the same signs.
 typedef struct Stream {
     Group *group;
     Rays *rays;
     const Walk *walk;
-    StreamRows rows;
+    StreamSlabs slabs;
     Beam beam;
     uint32_t height, late_first, late_count;
-    StreamEntry late[LATE_PLACES]; // a ring
-    StreamEntry stack[LATE_STACK + CO_NODE_WIDTH + CO_STACK_SIZE];
+    StreamChild late[LATE_PLACES]; // a ring
+    // Two trees deep: of the group and of a mesh that stands in it as it is.
+    StreamFrame stack[LATE_STACK + 2 * CO_TREE_DEPTH_MAX + 2];
 } Stream;
 
-// Pushes the children that are entered, the nearest last.
-static inline void push_children(Stream *stream, uint32_t node, const StreamNode *found,
-                                 uint32_t hits)
-{
-    StreamEntry *stack = stream->stack;
-    uint32_t base = stream->height, height = base;
-    for (uint32_t bits = found->bits; bits; bits &= bits - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(bits), at = height++;
-        for (; at > base && stack[at - 1].entry < found->entry[i]; at--)
-            stack[at] = stack[at - 1];
-        stack[at] = (StreamEntry){found->active[i], found->entry[i], node, i, hits};
-    }
-    stream->height = height;
-}
+static void trace_instance(Stream *stream, uint64_t active, uint32_t index);
 
-// Rays that still enter a child. Sets its reference.
-static inline uint64_t revisit(const Stream *stream, const StreamEntry *entry, uint32_t *ref)
+// Makes known which rays have come to end nearer.
+static inline void spread_nearer(Stream *stream)
 {
-    const CoWideNode *node = &stream->walk->tree->nodes[entry->node];
-    uint64_t active = entry->active & ~stream->rays->done;
-    *ref = node->child[entry->child];
-    if (active && entry->hits != stream->group->hits)
-        active = stream_child(node, entry->child, stream->rays, &stream->rows, active);
-    return active;
+    uint64_t nearer = stream->rays->nearer;
+    stream->rays->nearer = 0;
+    if (stream->height > 0)
+        stream->stack[stream->height - 1].nearer |= nearer;
+    for (uint32_t i = 0; i < LATE_PLACES; i++)
+        stream->late[i].stale |= nearer;
 }
 
 // A node's children are tested once for all rays while they are many, and then, when their turn
@@ -60,58 +52,110 @@ static inline uint64_t revisit(const Stream *stream, const StreamEntry *entry, u
 static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active)
 {
     const CoWideNode *node = &stream->walk->tree->nodes[ref];
-    uint32_t most = (uint32_t)__builtin_popcountll(active), hits = stream->group->hits;
-    StreamNode found;
-    if (most > NARROW_MOST) {
-        hits = UINT32_MAX;
-        found.bits = beam_node(node, &stream->beam, &stream->rows, found.entry);
-        for (int i = 0; i < CO_NODE_WIDTH; i++)
-            found.active[i] = active;
-    } else {
-        stream_node(node, stream->rays, &stream->rows, active, &found);
-    }
-    push_children(stream, ref, &found, hits);
+    StreamFrame *frame = &stream->stack[stream->height];
+    uint32_t most = (uint32_t)__builtin_popcountll(active);
+    frame->node = ref;
+    frame->nearer = 0;
+    frame->is_bounded = most > NARROW_MOST && stream->beam.is_safe;
+    if (frame->is_bounded)
+        beam_node(node, &stream->beam, &stream->slabs, active, &frame->found);
+    else
+        stream_node(node, stream->rays, &stream->slabs, active, &frame->found);
+    stream->height += frame->found.bits != 0;
     count_nodes(stream->group, stream->walk, 1, most);
+}
+
+// Takes the nearest child of the uppermost node off the stack.
+static inline StreamChild take_child(Stream *stream)
+{
+    StreamFrame *frame = &stream->stack[stream->height - 1];
+    uint32_t taken = co_take_least(frame->found.order), place = taken & 7u;
+    StreamChild child = {.node = frame->node, .place = place};
+    child.active = frame->found.active[place] & ~stream->rays->done;
+    child.stale = frame->is_bounded ? ~0ull : frame->nearer;
+    if (taken >> 16 != NOWHERE)
+        return child;
+    if (--stream->height > 0)
+        frame[-1].nearer |= frame->nearer;
+    return child;
+}
+
+// Rays that still enter a child. Sets its reference.
+static inline uint64_t revisit(const Stream *stream, const StreamChild *child, uint32_t *ref)
+{
+    const CoWideNode *node = &stream->walk->tree->nodes[child->node];
+    uint64_t stale = child->active & child->stale;
+    *ref = node->child[child->place];
+    if (stale)
+        stale &= ~stream_child(node, child->place, stream->rays, &stream->slabs, stale);
+    return child->active & ~stale;
 }
 
 static inline void visit(Stream *stream, uint32_t ref, uint64_t active)
 {
     const Walk *walk = stream->walk;
-    if (!(ref & CO_REF_LEAF))
+    if (!(ref & CO_REF_LEAF)) {
         visit_node(stream, ref, active);
-    else if (walk->bvh)
-        stream_leaf(stream->group, stream->rays, &stream->rows, active, walk->bvh, ref, walk->path);
+        return;
+    }
+    if (walk->bvh)
+        stream_leaf(stream->group, stream->rays, &stream->slabs, active, walk, ref);
     else
-        trace_instance(stream->group, stream->rays, &stream->rows, active, walk,
-                       ref & ~CO_REF_LEAF);
+        trace_instance(stream, active, ref & ~CO_REF_LEAF);
+    if (stream->rays->nearer)
+        spread_nearer(stream);
 }
 
 static inline void visit_late(Stream *stream)
 {
-    uint32_t ref, at = stream->late_first;
-    stream->late_first = (at + 1) % LATE_PLACES;
+    uint32_t ref;
+    StreamChild *child = &stream->late[stream->late_first];
+    stream->late_first = (stream->late_first + 1) % LATE_PLACES;
     stream->late_count--;
-    uint64_t active = revisit(stream, &stream->late[at], &ref);
+    child->active &= ~stream->rays->done;
+    uint64_t active = revisit(stream, child, &ref);
     if (active)
         visit(stream, ref, active);
 }
 
 // Asks for a node or leaf of a mesh and comes back to it when others have been asked for: by then
 // it is there.
-static inline void defer(Stream *stream, const StreamEntry *entry, uint64_t active, uint32_t ref)
+static inline void defer(Stream *stream, const StreamChild *child, uint64_t active, uint32_t ref)
 {
     const CoBvh *bvh = stream->walk->bvh;
     const char *at = (const char *)&bvh->tree.nodes[ref];
     if (ref & CO_REF_LEAF)
         at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
-    StreamEntry late = *entry;
-    late.active = active;
-    late.hits = stream->group->hits;
     for (size_t line = 0; line < sizeof(CoWideNode); line += 64) // usual leaves are smaller
         __builtin_prefetch(at + line);
     if (stream->late_count == LATE_PLACES)
         visit_late(stream);
-    stream->late[(stream->late_first + stream->late_count++) % LATE_PLACES] = late;
+    stream->late[(stream->late_first + stream->late_count++) % LATE_PLACES] =
+        (StreamChild){active, 0, child->node, child->place};
+}
+
+// Rays `active` through a tree. What is on the stack stays there.
+static void descend_tree(Stream *stream, uint64_t active)
+{
+    const uint32_t base = stream->height;
+    visit_node(stream, 0, active);
+    while (stream->height > base || stream->late_count > 0) {
+        if (stream->height == base) {
+            visit_late(stream);
+            continue;
+        }
+        uint32_t ref;
+        const StreamChild child = take_child(stream);
+        active = revisit(stream, &child, &ref);
+        if (!active)
+            continue;
+        // Going deep first needs two trees' depths; what is put off needs more while there is room.
+        if (stream->walk->bvh && __builtin_popcountll(active) <= LATE_MOST &&
+            stream->height - base <= LATE_STACK)
+            defer(stream, &child, active, ref);
+        else
+            visit(stream, ref, active);
+    }
 }
 
 // Rays `active`, whose directions have the same signs, through a tree.
@@ -122,28 +166,12 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
     stream.group = group;
     stream.rays = rays;
     stream.walk = walk;
-    stream.rows = stream_rows(rays, any);
+    stream.slabs = stream_slabs(rays, any);
     stream.height = stream.late_first = stream.late_count = 0;
-    stream.beam = (Beam){.is_safe = false};
+    stream.beam.is_safe = false;
     if (__builtin_popcountll(active) > NARROW_MOST)
         beam_load(rays, any, &stream.beam);
-    visit_node(&stream, 0, active);
-    while (stream.height > 0 || stream.late_count > 0) {
-        if (stream.height == 0) {
-            visit_late(&stream);
-            continue;
-        }
-        uint32_t ref;
-        const StreamEntry *entry = &stream.stack[--stream.height];
-        active = revisit(&stream, entry, &ref);
-        if (!active)
-            continue;
-        // Going deep first needs CO_STACK_SIZE; what is put off needs more while there is room.
-        if (walk->bvh && __builtin_popcountll(active) <= LATE_MOST && stream.height <= LATE_STACK)
-            defer(&stream, entry, active, ref);
-        else
-            visit(&stream, ref, active);
-    }
+    descend_tree(&stream, active);
 }
 
 // All rays through an object in whose space they are.
@@ -162,13 +190,16 @@ static void trace_object(Group *group, Rays *rays, const CoObject *object, uint3
 }
 
 // Takes those of the rays `active` that meet the box to the end of `inner`.
-static inline void take_inner(const Rays *rays, const StreamRows *rows, uint64_t active,
+static inline void take_inner(const Rays *rays, const StreamSlabs *slabs, uint64_t active,
                               const CoBox *box, Rays *inner)
 {
     for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
         CoWide lane[10];
         float fields[10][CO_WIDE_WIDTH];
-        uint32_t bits = enter_box(rays, rows, j, box, &lane[6], &lane[7]);
+        lane[6] = co_wide_load(rays->entry + j);
+        lane[7] = co_wide_load(rays->exit + j);
+        uint32_t bits =
+            enter_box(rays, slabs, j, co_wide_load(rays->pad + j), box, &lane[6], &lane[7]);
         lane[8] = co_wide_max(co_wide_load(rays->from + j), lane[6]);
         lane[9] = co_wide_min(co_wide_load(rays->to + j), lane[7]);
         bits &= co_wide_bits(co_wide_le(lane[8], lane[9])) & (uint32_t)(active >> j);
@@ -205,25 +236,46 @@ static uint64_t not_hidden(const Group *group, const Rays *rays, uint64_t active
     return active;
 }
 
-// Rays `active` of a group's space through one of its instances.
-static void trace_instance(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
-                           const Walk *walk, uint32_t index)
+// Through a mesh that stands in its group as it is: the rays stay what they are.
+static void walk_in_place(Stream *stream, uint64_t active, const Walk *below)
 {
-    const CoTop *top = walk->object->top;
-    const CoInstance *instance = &walk->object->instances[index];
+    const Walk *walk = stream->walk;
+    const StreamSlabs slabs = stream->slabs;
+    const Rays *rays = stream->rays;
+    stream->walk = below;
+    stream->slabs.near_c = rays->near_tight;
+    stream->slabs.far_c = rays->far_tight;
+    descend_tree(stream, active);
+    stream->walk = walk;
+    stream->slabs = slabs;
+}
+
+// Rays `active` of a group's space through one of its instances.
+static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
+{
+    Group *group = stream->group;
+    Rays *rays = stream->rays;
+    const CoPlaced *placed = &stream->walk->object->top->placed[index];
+    const CoInstance *instance = &stream->walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
+    Walk below = walk_of(object, stream->walk->path + placed->first_path);
     if (is_empty(object))
         return;
-    if (instance->hidden_from)
-        active = not_hidden(group, rays, active, instance->hidden_from);
+    if (placed->hidden_from)
+        active = not_hidden(group, rays, active, placed->hidden_from);
+    if (placed->is_in_place && active && !(active & rays->signed_zero)) {
+        below.is_placed = true;
+        walk_in_place(stream, active, &below);
+        return;
+    }
     Rays inner;
     inner.count = 0;
-    take_inner(rays, rows, active, &top->placed[index].box, &inner);
+    take_inner(rays, &stream->slabs, active, &placed->box, &inner);
     if (inner.count == 0)
         return;
     rays_pad(&inner);
     rays_transform(&inner, &instance->to_object);
-    trace_object(group, &inner, object, walk->path + top->first_path[index]);
+    trace_object(group, &inner, object, below.path);
     for (uint32_t n = 0; n < inner.count; n++)
         rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
 }

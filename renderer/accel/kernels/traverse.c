@@ -13,7 +13,7 @@ enum {
     LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
     LATE_MOST = 8,        // to a node or leaf, up to which it is asked for before it is looked at
     LATE_PLACES = 4,      // such that are asked for at a time
-    LATE_STACK = 256      // entries of a stack up to which anything is put off
+    LATE_STACK = 64       // nodes on a stack up to which anything is put off
 };
 
 // Of a group, by slot.
@@ -35,6 +35,7 @@ typedef struct Walk {
     const CoBvh *bvh;
     const CoObject *object;
     uint32_t path; // of the mesh; first one of the group
+    bool is_placed; // a mesh that stands in a group as it is: the rays are those of the group
 } Walk;
 
 static inline void count_nodes(Group *group, const Walk *walk, uint32_t fetched, uint32_t tested)
@@ -105,12 +106,15 @@ static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, 
 
 // Clamps what a vector of rays found of triangle i, as clamp_hit does. Returns those of `pierced`
 // that pass and do not end before.
-static inline uint32_t clamp_vector(const Rays *rays, const StreamRows *rows, uint32_t j,
-                                    const CoTriLeaf *leaf, uint32_t i, uint32_t pierced,
-                                    StreamHits *hits)
+static inline uint32_t clamp_vector(const Rays *rays, const StreamSlabs *slabs, uint32_t j,
+                                    const Walk *walk, const CoTriLeaf *leaf, uint32_t i,
+                                    uint32_t pierced, StreamHits *hits)
 {
     CoBox box;
-    CoWide from, to;
+    CoWide pad = co_wide_load(rays->pad + j);
+    CoWide from = co_wide_load(rays->entry + j), to = co_wide_load(rays->exit + j);
+    if (walk->is_placed)
+        pad = rays_padding(rays, j, &walk->tree->box);
     for (int k = 0; k < 3; k++) {
         const float *points = leaf->points[k];
         float a = points[leaf->corner[0][i]], b = points[leaf->corner[1][i]];
@@ -118,16 +122,32 @@ static inline uint32_t clamp_vector(const Rays *rays, const StreamRows *rows, ui
         box.lo[k] = float_min(float_min(a, b), c);
         box.hi[k] = float_max(float_max(a, b), c);
     }
-    pierced &= enter_box(rays, rows, j, &box, &from, &to);
+    pierced &= enter_box(rays, slabs, j, pad, &box, &from, &to);
     CoWide t = co_wide_max(co_wide_min(co_wide_load(hits->t), to), from);
     co_wide_store(hits->t, t);
     return pierced & co_wide_bits(co_wide_le(t, co_wide_load(rays->to + j)));
 }
 
+// Offers what rays of the vector at j found of a triangle. Returns those that need no more.
+static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32_t pierced,
+                                    const StreamHits *hits, uint32_t path, uint32_t tri)
+{
+    uint32_t done = 0;
+    for (; pierced; pierced &= pierced - 1) {
+        uint32_t lane = (uint32_t)__builtin_ctz(pierced), at = j + lane;
+        Hit hit = {hits->t[lane], hits->u[lane], hits->v[lane], path, tri};
+        rays->nearer |= 1ull << at;
+        if (offer_hit(group, rays->slot[at], &hit, rays->exit[at], &rays->to[at]))
+            done |= 1u << lane;
+    }
+    rays->done |= (uint64_t)done << j;
+    return done;
+}
+
 // The rays `active` of the vector at j, which share a major axis, against a leaf.
-static void stream_leaf_vector(Group *group, Rays *rays, const StreamRows *rows, uint32_t j,
-                               uint32_t active, uint32_t axis, const CoTriLeaf *leaf,
-                               uint32_t count, uint32_t path)
+static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slabs, uint32_t j,
+                               uint32_t active, uint32_t axis, const Walk *walk,
+                               const CoTriLeaf *leaf, uint32_t count)
 {
     StreamPoints points;
     StreamHits hits;
@@ -142,21 +162,28 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamRows *rows,
         }
         if (!pierced)
             continue;
-        pierced = clamp_vector(rays, rows, j, leaf, i, pierced, &hits);
-        for (; pierced; pierced &= pierced - 1) {
-            uint32_t lane = (uint32_t)__builtin_ctz(pierced), at = j + lane;
-            Hit hit = {hits.t[lane], hits.u[lane], hits.v[lane], path, leaf->tri[i]};
-            if (offer_hit(group, rays->slot[at], &hit, rays->exit[at], &rays->to[at])) {
-                rays->done |= 1ull << at;
-                active &= ~(1u << lane);
-            }
-        }
+        pierced = clamp_vector(rays, slabs, j, walk, leaf, i, pierced, &hits);
+        active &= ~offer_vector(group, rays, j, pierced, &hits, walk->path, leaf->tri[i]);
     }
 }
 
+// Ray j on its own where a walk has brought it.
+static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *slabs,
+                               const Walk *walk, Ray *ray)
+{
+    rays_single(rays, j, ray);
+    if (!walk->is_placed)
+        return;
+    for (int k = 0; k < 3; k++) {
+        ray->near_c[k] = slabs->near_c[k][j];
+        ray->far_c[k] = slabs->far_c[k][j];
+    }
+    pad_for(ray, walk->bvh);
+}
+
 // Ray j alone against a leaf; the whole of it is looked at only if it hits.
-static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const CoTriLeaf *leaf,
-                                   uint32_t count, uint32_t path)
+static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const StreamSlabs *slabs,
+                                   const Walk *walk, const CoTriLeaf *leaf, uint32_t count)
 {
     LeafHits hits;
     Shear shear;
@@ -167,38 +194,38 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const C
     uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits);
     if (!pierced)
         return;
-    rays_single(rays, j, &ray);
-    if (offer_pierced(group, &ray, leaf, &shear, pierced, path, &hits))
-        rays->done |= 1ull << j;
-    rays->to[j] = ray.to;
+    take_single(rays, j, slabs, walk, &ray);
+    offer_pierced(group, &ray, leaf, &shear, pierced, walk->path, &hits);
+    rays_settle(rays, j, ray.to);
 }
 
-static void stream_leaf(Group *group, Rays *rays, const StreamRows *rows, uint64_t active,
-                        const CoBvh *bvh, uint32_t ref, uint32_t path)
+static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, uint64_t active,
+                        const Walk *walk, uint32_t ref)
 {
     Ray ray;
-    if (bvh->patches) {
+    if (walk->bvh->patches) {
         for (; active; active &= active - 1) {
             uint32_t j = (uint32_t)__builtin_ctzll(active);
-            rays_single(rays, j, &ray);
-            trace_grid_leaf(group, &ray, bvh, ref, path);
+            take_single(rays, j, slabs, walk, &ray);
+            trace_grid_leaf(group, &ray, walk->bvh, ref, walk->path);
             rays_settle(rays, j, ray.to);
         }
         return;
     }
     uint32_t count;
-    const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
+    const CoTriLeaf leaf = open_leaf(walk->bvh, ref, &count);
     for (uint32_t axis = 0; axis < 3; axis++) {
         uint64_t along = active & rays->along[axis];
         for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
             uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
             if (__builtin_popcount(bits) > LEAF_SINGLE_MOST) {
                 group->stats->triangles += count * (uint32_t)__builtin_popcount(bits);
-                stream_leaf_vector(group, rays, rows, j, bits, axis, &leaf, count, path);
+                stream_leaf_vector(group, rays, slabs, j, bits, axis, walk, &leaf, count);
                 continue;
             }
             for (; bits; bits &= bits - 1)
-                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), &leaf, count, path);
+                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), slabs, walk, &leaf,
+                                count);
         }
     }
 }
