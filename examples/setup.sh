@@ -4,7 +4,7 @@
 set -eu
 
 packages="gcc g++ cmake make pkg-config libosd-dev libtbb-dev libopenimageio-dev libopencolorio-dev
-libopenexr-dev libdeflate-dev zlib1g-dev libcmocka-dev"
+libopenexr-dev libdeflate-dev libpng-dev libcmocka-dev"
 
 missing=
 for package in $packages; do

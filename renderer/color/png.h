@@ -1,4 +1,4 @@
-// PNG files (ISO/IEC 15948): 8-bit RGBA with straight alpha, marked as sRGB.
+// PNG files through libpng: 8-bit RGBA with straight alpha, marked as sRGB.
 
 #ifndef CO_COLOR_PNG_H
 #define CO_COLOR_PNG_H

@@ -132,22 +132,6 @@ static void disks_that_refuse_are_named(void **state)
     }
 }
 
-static void failing_memory_leaves_nothing(void **state)
-{
-    (void)state;
-    const uint8_t pixel[4] = {1, 2, 3, 4};
-    size_t live = co_memory_live(CO_MEMORY_COLOR);
-    for (uint64_t n = 1; n <= 2; n++) {
-        CohortError err = {0};
-        co_memory_fail_after(n);
-        assert_false(co_png_write(path, 1, 1, pixel, &err));
-        co_memory_fail_after(0);
-        assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
-        assert_int_equal(co_memory_live(CO_MEMORY_COLOR), live);
-        assert_int_not_equal(access(path, F_OK), 0);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -155,7 +139,6 @@ int main(void)
         cmocka_unit_test_teardown(what_is_smooth_is_small, remove_file),
         cmocka_unit_test_teardown(what_is_no_picture_is_refused, remove_file),
         cmocka_unit_test(disks_that_refuse_are_named),
-        cmocka_unit_test_teardown(failing_memory_leaves_nothing, remove_file),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
