@@ -27,6 +27,7 @@ typedef struct CoDicingView {
 // The camera as prims/dicing.h needs it.
 typedef struct CoDicing {
     double eye[3], clip_near;
+    double axes[3][3], window[4]; // unit axes; what it sees, as CohortCameraDesc has it
     double pixels; // that a unit of length is at distance 1, or anywhere if orthographic
     double edge_length;
     bool is_orthographic;

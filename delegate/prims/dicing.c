@@ -6,9 +6,9 @@
 
 #include <string.h>
 
-enum {
-    LEVEL_MAX = 8
-}; // as cohort:complexity
+// What lies beside the picture may have edges this many times as long: it is seen in mirrors and by
+// its shadow alone.
+#define OFF_SCREEN 4.0
 
 static double edge_setting(const CohortRenderIndex *index)
 {
@@ -23,15 +23,32 @@ void co_dicing_clear(CoDicing *dicing)
 
 // ---- What is seen how large --------------------------------------------------------------------
 
-static double pixels_at(const CoDicing *d, double distance)
+double co_dicing_pixels_at(const CoDicing *d, double distance)
 {
     return d->is_orthographic ? d->pixels : d->pixels / fmax(distance, d->clip_near);
 }
 
-static void to_world(const double m[4][4], const double p[3], double out[3])
+void co_dicing_to_world(const double m[4][4], const double p[3], double out[3])
 {
     for (int k = 0; k < 3; k++)
         out[k] = p[0] * m[0][k] + p[1] * m[1][k] + p[2] * m[2][k] + m[3][k];
+}
+
+double co_dicing_share(const CoDicing *d, const double center[3], double radius)
+{
+    double p[3] = {0.0, 0.0, 0.0};
+    for (int axis = 0; axis < 3; axis++)
+        for (int k = 0; k < 3; k++)
+            p[axis] += (center[k] - d->eye[k]) * d->axes[axis][k];
+    double depth = -p[2], beyond = d->is_orthographic ? 0.0 : d->clip_near - depth;
+    for (int side = 0; side < 4; side++) {
+        // Left, right, bottom, top: distance from the plane through the eye and that side.
+        double sign = side % 2 ? 1.0 : -1.0, window = d->window[side];
+        double at = d->is_orthographic ? window : window * depth;
+        double slope = d->is_orthographic ? 1.0 : sqrt(1.0 + window * window);
+        beyond = fmax(beyond, sign * (p[side / 2] - at) / slope);
+    }
+    return beyond > radius ? 1.0 / OFF_SCREEN : 1.0;
 }
 
 // The most that a placement stretches lengths, at most: the Frobenius norm of its linear part.
@@ -50,10 +67,12 @@ static void see(void *cookie, uint32_t object, const double m[4][4])
         return;
     CoDicingView *view = &d->views[object];
     double world[3], distance = 0.0;
-    to_world(m, view->center, world);
+    co_dicing_to_world(m, view->center, world);
     for (int k = 0; k < 3; k++)
         distance += (world[k] - d->eye[k]) * (world[k] - d->eye[k]);
-    double size = stretch(m), density = size * pixels_at(d, sqrt(distance) - size * view->radius);
+    double size = stretch(m), radius = size * view->radius;
+    double density =
+        size * co_dicing_pixels_at(d, sqrt(distance) - radius) * co_dicing_share(d, world, radius);
     if (view->placements++ == 0)
         memcpy(view->to_world, m, sizeof view->to_world);
     if (isfinite(density))
@@ -65,6 +84,13 @@ static bool open_view(CohortRenderIndex *index, uint32_t width, CoDicing *d, Coh
     const CohortCameraDesc *camera = &index->camera_set;
     co_dicing_clear(d);
     memcpy(d->eye, camera->transform[3], sizeof d->eye);
+    memcpy(d->window, camera->window, sizeof d->window);
+    for (int axis = 0; axis < 3; axis++) {
+        const double *a = camera->transform[axis];
+        double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+        for (int k = 0; k < 3; k++)
+            d->axes[axis][k] = length > 0.0 ? a[k] / length : 0.0;
+    }
     d->clip_near = fmax(camera->clip_near, 1e-6);
     d->is_orthographic = camera->orthographic;
     d->pixels = (double)width / fabs(camera->window[1] - camera->window[0]);
@@ -102,6 +128,8 @@ static uint64_t hash_view(const CoDicing *d, const CoDicingView *view)
         return co_hash_bytes(&view->density, sizeof view->density,
                              co_hash_bytes(&d->edge_length, sizeof d->edge_length, hash));
     hash = co_hash_bytes(numbers, sizeof numbers, hash);
+    hash = co_hash_bytes(d->axes, sizeof d->axes, hash);
+    hash = co_hash_bytes(d->window, sizeof d->window, hash);
     return co_hash_bytes(view->to_world, sizeof view->to_world, hash) | 1u;
 }
 
@@ -141,74 +169,4 @@ void co_dicing_measure(CoPrim *prim, const CohortMeshDesc *desc)
         prim->cage_radius += 0.25 * side * side;
     }
     prim->cage_radius = sqrt(prim->cage_radius);
-}
-
-// ---- Levels ------------------------------------------------------------------------------------
-
-// Pixels of the segment from a to b as if it lay across the line of sight, where it comes nearest.
-static double segment_pixels(const CoDicing *d, const double a[3], const double b[3])
-{
-    double along = 0.0, length = 0.0, distance = 0.0;
-    for (int k = 0; k < 3; k++) {
-        length += (b[k] - a[k]) * (b[k] - a[k]);
-        along += (d->eye[k] - a[k]) * (b[k] - a[k]);
-    }
-    double t = length > 0.0 ? fmin(fmax(along / length, 0.0), 1.0) : 0.0;
-    for (int k = 0; k < 3; k++) {
-        double x = a[k] + t * (b[k] - a[k]) - d->eye[k];
-        distance += x * x;
-    }
-    return sqrt(length) * pixels_at(d, sqrt(distance));
-}
-
-static double edge_pixels(const CoDicing *d, const CoDicingView *view, const float *p,
-                          const float *q)
-{
-    const double a[3] = {(double)p[0], (double)p[1], (double)p[2]};
-    const double b[3] = {(double)q[0], (double)q[1], (double)q[2]};
-    if (view->placements > 1) {
-        double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-        return view->density * sqrt(x * x + y * y + z * z);
-    }
-    double from[3], to[3];
-    to_world((const double(*)[4])view->to_world, a, from);
-    to_world((const double(*)[4])view->to_world, b, to);
-    return segment_pixels(d, from, to);
-}
-
-static double longest_edge(const CoDicing *d, const CoDicingView *view, const CohortMeshDesc *desc)
-{
-    double longest = 0.0;
-    size_t first = 0;
-    for (size_t f = 0; f < desc->face_count; f++) {
-        int32_t count = desc->face_vertex_counts[f];
-        if (count < 3 || (size_t)count > desc->face_vertex_index_count - first)
-            break;
-        const int32_t *v = desc->face_vertex_indices + first;
-        first += (size_t)count;
-        for (int32_t k = 0; k < count; k++) {
-            int32_t a = v[k], b = v[(k + 1) % count];
-            if (a < 0 || b < 0 || (size_t)a >= desc->point_count || (size_t)b >= desc->point_count)
-                continue;
-            double pixels =
-                edge_pixels(d, view, desc->points + 3 * (size_t)a, desc->points + 3 * (size_t)b);
-            if (isfinite(pixels) && pixels > longest)
-                longest = pixels;
-        }
-    }
-    return longest;
-}
-
-uint32_t co_dicing_level(const CohortRenderIndex *index, const CoPrim *prim,
-                         const CohortMeshDesc *desc)
-{
-    const CoDicing *d = &index->dicing;
-    if (prim->view == 0 || prim->id >= d->view_count || d->views[prim->id].placements == 0 ||
-        desc->scheme == COHORT_SCHEME_NONE || !desc->points)
-        return 0;
-    double pixels = longest_edge(d, &d->views[prim->id], desc);
-    uint32_t level = 0;
-    for (; pixels > d->edge_length && level < LEVEL_MAX; level++)
-        pixels *= 0.5;
-    return level;
 }

@@ -38,13 +38,18 @@ static const CohortSubsetDesc *resolve_subsets(CohortRenderIndex *index, const C
     return subsets;
 }
 
-static uint32_t level_of(const CohortRenderIndex *index, CoPrim *prim, const CohortMeshDesc *desc)
+// Uniform, or by size on screen.
+static bool set_levels(const CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
+                       CohortMeshDesc *desc)
 {
     const CohortSettingValue *values = index->delegate->settings.values;
-    if (!(values[CO_SETTING_EDGE_LENGTH].number > 0.0))
-        return (uint32_t)values[CO_SETTING_COMPLEXITY].integer;
-    co_dicing_measure(prim, desc);
-    return co_dicing_level(index, prim, desc);
+    if (values[CO_SETTING_EDGE_LENGTH].number > 0.0) {
+        co_dicing_measure(prim, desc);
+        return co_dicing_set_levels(index, prim, pull, desc);
+    }
+    uint32_t level = (uint32_t)values[CO_SETTING_COMPLEXITY].integer;
+    desc->level = desc->level > level ? desc->level : level;
+    return true;
 }
 
 static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
@@ -62,8 +67,8 @@ static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
                 .points;
     CO_CHECK(desc.points || desc.point_count == 0, reason, COHORT_ERROR_SCENE,
              "the mesh counts %zu points but gives none", desc.point_count);
-    uint32_t level = level_of(index, prim, &desc);
-    desc.level = desc.level > level ? desc.level : level;
+    CO_CHECK(set_levels(index, prim, pull, &desc), reason, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory for %zu levels", desc.face_vertex_index_count);
     if (desc.subset_count) {
         desc.subsets = resolve_subsets(index, prim, pull, source);
         CO_CHECK_MEMORY(desc.subsets, reason);

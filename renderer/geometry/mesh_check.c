@@ -2,6 +2,14 @@
 
 #include <string.h>
 
+static bool check_levels(CoMeshBuild *build, const uint8_t *levels, size_t count, const char *of)
+{
+    for (size_t k = 0; levels && k < count; k++)
+        CO_MESH_CHECK(build, levels[k] <= 10, COHORT_ERROR_ARGUMENT,
+                      "subdivision level %u of %s %zu, at most 10 is possible", levels[k], of, k);
+    return true;
+}
+
 static bool check_sizes(CoMeshBuild *build)
 {
     const CohortMeshDesc *d = build->desc;
@@ -9,11 +17,6 @@ static bool check_sizes(CoMeshBuild *build)
                   "unknown subdivision scheme %d", (int)d->scheme);
     CO_MESH_CHECK(build, d->level <= 10 || d->scheme == COHORT_SCHEME_NONE, COHORT_ERROR_ARGUMENT,
                   "subdivision level %u, at most 10 is possible", d->level);
-    for (size_t k = 0; d->edge_levels && k < d->face_vertex_index_count; k++)
-        CO_MESH_CHECK(build, d->edge_levels[k] <= 10 || d->scheme == COHORT_SCHEME_NONE,
-                      COHORT_ERROR_ARGUMENT,
-                      "subdivision level %u of edge %zu, at most 10 is possible", d->edge_levels[k],
-                      k);
     CO_MESH_CHECK(build,
                   d->point_count < INT32_MAX && d->face_count < INT32_MAX &&
                       d->face_vertex_index_count < INT32_MAX,
@@ -24,7 +27,9 @@ static bool check_sizes(CoMeshBuild *build)
             (d->face_vertex_indices || d->face_vertex_index_count == 0) &&
             (d->hole_indices || d->hole_count == 0) && (d->primvars || d->primvar_count == 0),
         COHORT_ERROR_ARGUMENT, "an array is missing although its length is not 0");
-    return true;
+    return d->scheme == COHORT_SCHEME_NONE ||
+           (check_levels(build, d->edge_levels, d->face_vertex_index_count, "edge") &&
+            check_levels(build, d->face_levels, d->face_count, "face"));
 }
 
 static bool check_topology(CoMeshBuild *build)

@@ -1,6 +1,6 @@
 // How fine the edges and faces of a cage become. An edge has one level, the finest that a face
-// beside it asks for, and a face the level of its finest edge: so neighbors agree on the points
-// between them (Moreton, "Watertight Tessellation Using Forward Differencing", 2001, has the idea
+// beside it asks for, and a face the level of its finest edge or a finer one of its own: so
+// neighbors agree on the points between them (Moreton, "Watertight Tessellation Using Forward Differencing", 2001, has the idea
 // of rates that belong to edges; patch.h how a face meets an edge that is coarser than itself).
 
 #include "geometry/subdivide.h"
@@ -16,6 +16,8 @@ uint32_t co_subdivision_finest(const CohortMeshDesc *desc)
     uint32_t level = desc->level;
     for (size_t k = 0; desc->edge_levels && k < desc->face_vertex_index_count; k++)
         level = desc->edge_levels[k] > level ? desc->edge_levels[k] : level;
+    for (size_t f = 0; desc->face_levels && f < desc->face_count; f++)
+        level = desc->face_levels[f] > level ? desc->face_levels[f] : level;
     return level;
 }
 
@@ -38,9 +40,11 @@ static void find_edge_levels(CoSubdivision *s)
 // Returns whether all edges of all faces have the same level.
 static bool find_face_levels(CoSubdivision *s)
 {
+    const uint8_t *own = s->build->desc->face_levels;
     uint8_t least = UINT8_MAX, most = 0;
     for (uint32_t f = 0; f < s->face_count; f++) {
         const int32_t *edges = co_osd_face_edges(s->osd, f);
+        s->face_level[f] = own ? own[co_subdivision_cage_face(s, f)] : 0;
         for (int32_t k = 0; k < s->counts[f]; k++) {
             uint8_t level = s->edge_level[edges[k]];
             s->face_level[f] = level > s->face_level[f] ? level : s->face_level[f];
@@ -55,7 +59,7 @@ static bool find_face_levels(CoSubdivision *s)
 bool co_subdivision_make_rates(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
-    if (build->desc->edge_levels && s->level > build->desc->level) {
+    if (s->level > build->desc->level) {
         uint32_t edge_count = co_osd_edge_count(s->osd);
         s->edge_level = co_mesh_scratch(build, edge_count, 1);
         s->face_level = co_mesh_scratch(build, s->face_count, 1);

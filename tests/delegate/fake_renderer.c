@@ -82,6 +82,8 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
                       .scheme = desc->scheme,
                       .point_count = desc->point_count,
                       .primvar_count = desc->primvar_count};
+    for (size_t i = 0; desc->edge_levels && i < desc->face_vertex_index_count; i++)
+        o->level = desc->edge_levels[i] > o->level ? desc->edge_levels[i] : o->level;
     copy_path(o->path, desc->path);
     if (desc->subset_count) {
         o->subset_material = desc->subsets[0].material;

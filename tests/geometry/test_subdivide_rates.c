@@ -13,7 +13,7 @@ enum {
 
 typedef struct Rated {
     Shape shape;
-    uint8_t levels[6 * CAGE_MAX_FACES];
+    uint8_t levels[6 * CAGE_MAX_FACES], inside[CAGE_MAX_FACES];
     float st[2 * 6 * CAGE_MAX_FACES], weight[CAGE_MAX_POINTS];
     CohortPrimvarDesc primvars[3];
 } Rated;
@@ -54,6 +54,9 @@ static void make_rated(Rated *r, int number, uint32_t round)
     r->shape.desc.primvars = r->primvars;
     r->shape.desc.primvar_count = COUNT(r->primvars);
     r->shape.desc.edge_levels = r->levels;
+    for (uint32_t f = 0; f < CAGE_MAX_FACES; f++)
+        r->inside[f] = co_hash32(f + round) % 5 == 0 ? LEVELS - 1 : 0;
+    r->shape.desc.face_levels = round % 2 ? r->inside : NULL;
 }
 
 // ---- Shared edges ------------------------------------------------------------------------------
@@ -192,7 +195,7 @@ static void points_are_those_of_the_finest(void **state)
         CoMesh mesh, fine;
         make_rated(&r, number, (uint32_t)number);
         make_mesh(&r.shape.desc, &mesh);
-        r.shape.desc.edge_levels = NULL;
+        r.shape.desc.edge_levels = r.shape.desc.face_levels = NULL;
         r.shape.desc.level = mesh.patches->level;
         make_mesh(&r.shape.desc, &fine);
         memset(all, 0, bytes);

@@ -82,8 +82,9 @@ typedef struct CohortMeshDesc {
     uint32_t level; // subdivision level, 0 = the cage's faces at limit positions; most 10
     // Where an edge shall be finer than `level`: [face_vertex_index_count] for the edge from each
     // face-vertex to the next of its face. Of faces that disagree on an edge the finest counts. NULL:
-    // all are the same.
-    const uint8_t *edge_levels;
+    // all are the same. Inside, a face is as fine as its finest edge, or as `face_levels` says
+    // ([face_count] or NULL), if that is finer.
+    const uint8_t *edge_levels, *face_levels;
     const float *points; // [point_count * 3], object space
     size_t point_count;
     const int32_t *face_vertex_counts; // [face_count]
