@@ -31,7 +31,7 @@ CohortRenderIndex *cohort_render_index_create(CohortDelegate *delegate, CohortEr
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
         return NULL;
     }
-    index->containers[0] = (CoContainer){.object = 0, .is_dirty = true};
+    index->containers[0] = (CoContainer){.owner = COHORT_INVALID_ID, .is_dirty = true};
     index->container_count = 1;
     delegate->index = index;
     return index;
@@ -58,6 +58,8 @@ void co_index_destroy(CohortRenderIndex *index)
             index->mesh_capacity * sizeof *index->mesh_places);
     co_string_map_clear(&index->paths);
     co_string_map_clear(&index->container_names);
+    co_string_map_clear(&index->owners);
+    co_string_map_clear(&index->missing);
     co_string_map_clear(&index->textures);
     if (index->scene)
         cohort_scene_destroy(index->scene);
@@ -75,26 +77,29 @@ static char *container_key(const char *instancer, uint32_t prototype, size_t *si
     return key;
 }
 
-uint32_t co_index_container_find(const CohortRenderIndex *index, const char *instancer,
-                                 uint32_t prototype)
+static uint32_t owner_number(CohortRenderIndex *index, const char *instancer)
 {
-    size_t size;
-    char *key = container_key(instancer, prototype, &size);
-    uint32_t found = key ? co_string_map_find(&index->container_names, key) : COHORT_INVALID_ID;
-    co_free(CO_MEMORY_DELEGATE, key, size);
-    return found;
+    uint32_t number = co_string_map_find(&index->owners, instancer);
+    if (number != COHORT_INVALID_ID)
+        return number;
+    number = (uint32_t)index->owners.used;
+    return co_string_map_set(&index->owners, instancer, number) ? number : COHORT_INVALID_ID;
 }
 
-static uint32_t add_container(CohortRenderIndex *index, const char *key)
+static uint32_t add_container(CohortRenderIndex *index, const char *key, const char *instancer,
+                              uint32_t prototype)
 {
+    uint32_t owner = owner_number(index, instancer);
     if (!co_grow(CO_MEMORY_DELEGATE, (void **)&index->containers, index->container_count,
                  &index->container_capacity, sizeof *index->containers))
         return COHORT_INVALID_ID;
     uint32_t object = cohort_scene_new_object(index->scene, NULL);
     uint32_t place = (uint32_t)index->container_count;
-    if (object == COHORT_INVALID_ID || !co_string_map_set(&index->container_names, key, place))
+    if (object == COHORT_INVALID_ID || owner == COHORT_INVALID_ID ||
+        !co_string_map_set(&index->container_names, key, place))
         return COHORT_INVALID_ID;
-    index->containers[index->container_count++] = (CoContainer){.object = object, .is_dirty = true};
+    index->containers[index->container_count++] =
+        (CoContainer){.object = object, .owner = owner, .prototype = prototype, .is_dirty = true};
     return place;
 }
 
@@ -108,7 +113,7 @@ uint32_t co_index_container(CohortRenderIndex *index, const char *instancer, uin
         return COHORT_INVALID_ID;
     uint32_t found = co_string_map_find(&index->container_names, key);
     if (found == COHORT_INVALID_ID)
-        found = add_container(index, key);
+        found = add_container(index, key, instancer, prototype);
     co_free(CO_MEMORY_DELEGATE, key, size);
     return found;
 }
@@ -202,6 +207,9 @@ bool cohort_render_index_insert(CohortRenderIndex *index, CohortPrimType type, c
         free_prim(prim);
         return CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     }
+    if (type == COHORT_PRIM_MATERIAL &&
+        co_string_map_find(&index->missing, path) != COHORT_INVALID_ID)
+        index->materials_changed = true;
     return true;
 }
 
@@ -216,6 +224,8 @@ static void retire_prim(CohortRenderIndex *index, const CoPrim *prim)
         gone.hidden = true;
         cohort_scene_set_light(index->scene, prim->id, &gone, NULL);
     }
+    if (prim->type == COHORT_PRIM_MATERIAL)
+        index->materials_changed = true;
     index->containers[prim->container].is_dirty = true;
     index->needs_commit = true;
 }

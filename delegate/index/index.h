@@ -44,6 +44,7 @@ typedef struct CoPrim {
     uint32_t id;     // of the object, light or material in the scene; INVALID before the first sync
     int32_t prim_id; // meshes
     bool is_visible;
+    bool is_nowhere; // its transform cannot be used: it is left out
     uint32_t hidden_from; // meshes: CohortHidden bits
     double cage_center[3], cage_radius; // meshes
     uint64_t view; // meshes: hash of the CoDicingView they were set with, 0 = none
@@ -57,7 +58,8 @@ typedef struct CoPrim {
 } CoPrim;
 
 typedef struct CoContainer {
-    uint32_t object; // group in the scene
+    uint32_t object;           // group in the scene
+    uint32_t owner, prototype; // whose prototype it is (a value of owners), and which
     bool is_dirty;
     size_t member_begin, member_count; // in the sync's list of members
 } CoContainer;
@@ -72,10 +74,13 @@ struct CohortRenderIndex {
     CoContainer *containers;
     size_t container_count, container_capacity;
     CoStringMap container_names; // "instancer\x1fprototype" -> container
+    CoStringMap owners;          // instancer -> number
     CoStringMap textures;        // content -> texture of the scene
+    CoStringMap missing;         // paths that meshes name as materials, and that were none
     uint32_t *mesh_places;       // primId -> place in prims
     size_t mesh_count, mesh_capacity;
     bool needs_commit;
+    bool materials_changed; // one that meshes name came or went: they must look again
     CohortCameraDesc camera_set; // what the scene's camera was last set to
     bool has_camera_set;
     CoDicing dicing;
@@ -103,9 +108,6 @@ CoPrim *co_index_find(const CohortRenderIndex *index, const char *path);
 // The container of prototype `prototype` of an instancer (NULL: the world), made when it is not
 // there. COHORT_INVALID_ID when out of memory.
 uint32_t co_index_container(CohortRenderIndex *index, const char *instancer, uint32_t prototype);
-// The same, but INVALID when nothing stands in it.
-uint32_t co_index_container_find(const CohortRenderIndex *index, const char *instancer,
-                                 uint32_t prototype);
 
 void co_index_destroy(CohortRenderIndex *index);
 

@@ -62,7 +62,8 @@ void co_render_pass_unbind(CohortDelegate *delegate, const CohortRenderBuffer *b
 
 // ---- Execute -----------------------------------------------------------------------------------
 
-static bool check_binding(const CohortRenderPassState *state, size_t i, CohortError *err)
+static bool check_binding(const CohortRenderPass *pass, const CohortRenderPassState *state,
+                          size_t i, CohortError *err)
 {
     const CohortAovBinding *binding = &state->bindings[i];
     const CohortRenderBuffer *first = state->bindings[0].buffer, *buffer = binding->buffer;
@@ -71,6 +72,8 @@ static bool check_binding(const CohortRenderPassState *state, size_t i, CohortEr
              "there is no AOV named \"%.80s\"", binding->name ? binding->name : "");
     CO_CHECK(buffer && buffer->format == aov.format, err, COHORT_ERROR_ARGUMENT,
              "the buffer of AOV %s must have that AOV's format", aov.name);
+    CO_CHECK(buffer->delegate == pass->index->delegate, err, COHORT_ERROR_ARGUMENT,
+             "the buffer of AOV %s is another delegate's", aov.name);
     CO_CHECK(buffer->width == first->width && buffer->height == first->height, err,
              COHORT_ERROR_ARGUMENT, "the buffers of a render pass must have one size");
     for (size_t k = 0; k < i; k++)
@@ -79,13 +82,13 @@ static bool check_binding(const CohortRenderPassState *state, size_t i, CohortEr
     return true;
 }
 
-static bool read_state(const CohortRenderPassState *state, CoRenderTarget *targets,
-                       CohortError *err)
+static bool read_state(const CohortRenderPass *pass, const CohortRenderPassState *state,
+                       CoRenderTarget *targets, CohortError *err)
 {
     CO_CHECK(state->binding_count && state->binding_count <= CO_RENDER_TARGETS, err,
              COHORT_ERROR_ARGUMENT, "a render pass binds 1 to %d AOVs", (int)CO_RENDER_TARGETS);
     for (size_t i = 0; i < state->binding_count; i++) {
-        if (!state->bindings[0].buffer || !check_binding(state, i, err))
+        if (!state->bindings[0].buffer || !check_binding(pass, state, i, err))
             return CO_FAIL(err, COHORT_ERROR_ARGUMENT, "an AOV is bound to no buffer");
         targets[i] = (CoRenderTarget){.buffer = state->bindings[i].buffer,
                                       .aov = cohort_aov_descriptor(state->bindings[i].name).aov};
@@ -127,6 +130,8 @@ static bool set_camera(CohortRenderPass *pass, const CohortRenderPassState *stat
     const CoPrim *prim = co_index_find(index, state->camera);
     CO_CHECK(prim && prim->type == COHORT_PRIM_CAMERA, err, COHORT_ERROR_ARGUMENT,
              "there is no camera at %.180s", state->camera ? state->camera : "(no path)");
+    CO_CHECK(!prim->is_nowhere, err, COHORT_ERROR_SCENE,
+             "camera %.180s has a transform that cannot be used", state->camera);
     CohortCameraDesc desc;
     co_camera_desc(prim, state, pass->targets[0].buffer->width, pass->targets[0].buffer->height,
                    &desc);
@@ -181,7 +186,7 @@ bool cohort_render_pass_execute(CohortRenderPass *pass, const CohortRenderPassSt
 {
     CohortDelegate *delegate = pass->index->delegate;
     CoRenderTarget targets[CO_RENDER_TARGETS];
-    if (!read_state(state, targets, err))
+    if (!read_state(pass, state, targets, err))
         return false;
     uint64_t hash = hash_state(state, targets);
     bool is_same = pass->has_started && delegate->current == pass && hash == pass->state_hash &&

@@ -47,6 +47,12 @@ static bool is_finite_matrix(const double m[4][4])
     return true;
 }
 
+static void set_nowhere(CoPrim *prim, bool is_nowhere, bool *changed)
+{
+    *changed = *changed || prim->is_nowhere != is_nowhere;
+    prim->is_nowhere = is_nowhere;
+}
+
 static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, bool *changed,
                            CohortError *err)
 {
@@ -56,8 +62,10 @@ static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
         const CohortTransformSample *samples = NULL;
         size_t count = 0;
         if (!prim->scene->get_transform(prim->scene->cookie, pull, prim->path, &samples, &count,
-                                        &reason))
+                                        &reason)) {
+            set_nowhere(prim, true, changed);
             return co_sync_refuse(index, prim, "transform", &reason, err);
+        }
         if (count)
             memcpy(matrix,
                    samples[co_sync_nearest(&samples[0].time, count, sizeof *samples)].matrix,
@@ -65,8 +73,10 @@ static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
     }
     if (!is_finite_matrix((const double(*)[4])matrix)) {
         CohortError reason = {.message = "the transform is not finite"};
+        set_nowhere(prim, true, changed);
         return co_sync_refuse(index, prim, "transform", &reason, err);
     }
+    set_nowhere(prim, false, changed);
     if (memcmp(prim->transform, matrix, sizeof matrix) != 0) {
         memcpy(prim->transform, matrix, sizeof matrix);
         *changed = true;
@@ -151,6 +161,9 @@ bool cohort_render_index_pull(CohortRenderIndex *index, CohortError *err)
         return true;
     co_render_thread_drop(index->delegate->thread);
     double start = co_clock_seconds();
+    if (index->materials_changed)
+        cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);
+    index->materials_changed = false;
     // Materials come before the meshes that name them, groups after what they hold.
     bool ok = sync_type(index, COHORT_PRIM_MATERIAL, err) &&
               sync_type(index, COHORT_PRIM_MESH, err) &&

@@ -30,7 +30,7 @@ static bool reserve(InstanceList *list, size_t more)
 
 static bool add_mesh(InstanceList *list, const CoPrim *prim)
 {
-    if (!prim->has_geometry)
+    if (!prim->has_geometry || prim->is_nowhere)
         return true;
     if (!reserve(list, 1))
         return false;
@@ -42,23 +42,22 @@ static bool add_mesh(InstanceList *list, const CoPrim *prim)
     return true;
 }
 
-// The object of each prototype an instancer uses, INVALID where nothing stands in it.
-static uint32_t *prototype_objects(const CohortRenderIndex *index, const CoPrim *prim,
-                                   CohortPull *pull, const CohortInstancerSource *source,
-                                   size_t *count)
+// The object of each prototype of an owner by number, INVALID where there is none. Never NULL unless
+// out of memory.
+static uint32_t *prototype_objects(const CohortRenderIndex *index, const char *owner_path,
+                                   CohortPull *pull, size_t *count)
 {
-    uint32_t highest = 0;
-    for (size_t i = 0; source->prototypes && i < source->instance_count; i++)
-        if (source->prototypes[i] > highest)
-            highest = source->prototypes[i];
-    *count = (size_t)highest + 1;
-    uint32_t *objects = cohort_pull_array(pull, *count, sizeof *objects);
-    const char *owner = source->prototype_owner ? source->prototype_owner : prim->path;
-    for (size_t i = 0; objects && i < *count; i++) {
-        uint32_t container = co_index_container_find(index, owner, (uint32_t)i);
-        objects[i] = container == COHORT_INVALID_ID ? COHORT_INVALID_ID
-                                                    : index->containers[container].object;
-    }
+    uint32_t owner = co_string_map_find(&index->owners, owner_path);
+    *count = 0;
+    for (size_t c = 1; c < index->container_count; c++) // after the world
+        if (index->containers[c].owner == owner && index->containers[c].prototype >= *count)
+            *count = (size_t)index->containers[c].prototype + 1;
+    uint32_t *objects = cohort_pull_array(pull, *count + 1, sizeof *objects);
+    for (size_t i = 0; objects && i < *count; i++)
+        objects[i] = COHORT_INVALID_ID;
+    for (size_t c = 1; objects && c < index->container_count; c++)
+        if (index->containers[c].owner == owner)
+            objects[index->containers[c].prototype] = index->containers[c].object;
     return objects;
 }
 
@@ -84,13 +83,15 @@ static bool add_placements(const CohortRenderIndex *index, InstanceList *list, c
     CO_CHECK(source->sample_count && source->samples[0].transforms, err, COHORT_ERROR_SCENE,
              "the instancer counts %zu instances but gives no transforms", source->instance_count);
     size_t prototype_count;
-    uint32_t *objects = prototype_objects(index, prim, pull, source, &prototype_count);
+    const char *owner = source->prototype_owner ? source->prototype_owner : prim->path;
+    uint32_t *objects = prototype_objects(index, owner, pull, &prototype_count);
     CO_CHECK(objects && reserve(list, source->instance_count), err, COHORT_ERROR_OUT_OF_MEMORY,
              "out of memory");
     const CohortInstancesSample *sample = &source->samples[co_sync_nearest(
         &source->samples[0].time, source->sample_count, sizeof *source->samples)];
     for (size_t i = 0; i < source->instance_count; i++) {
-        uint32_t object = objects[source->prototypes ? source->prototypes[i] : 0];
+        uint32_t prototype = source->prototypes ? source->prototypes[i] : 0;
+        uint32_t object = prototype < prototype_count ? objects[prototype] : COHORT_INVALID_ID;
         if (object == COHORT_INVALID_ID)
             continue;
         CohortInstanceDesc *d = &list->items[list->count++];
@@ -124,7 +125,7 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
         const CoPrim *prim = members[container->member_begin + i];
         if (prim->type == COHORT_PRIM_MESH)
             ok = add_mesh(list, prim) || CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-        else
+        else if (!prim->is_nowhere)
             ok = add_instancer(index, list, prim, &pull, err);
     }
     CohortError reason = {0};

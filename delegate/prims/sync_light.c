@@ -25,7 +25,7 @@ bool co_sync_light(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, Coh
     }
     desc.path = prim->path;
     memcpy(desc.transform, prim->transform, sizeof desc.transform);
-    desc.hidden = !given || !prim->is_visible ||
+    desc.hidden = !given || !prim->is_visible || prim->is_nowhere ||
                   !index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_LIGHTS].boolean;
     if (!index->delegate->settings.values[CO_SETTING_ENABLE_SHADOWS].boolean)
         desc.no_shadow = true;

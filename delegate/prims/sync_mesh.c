@@ -17,6 +17,7 @@ static uint32_t material_id(CohortRenderIndex *index, const CoPrim *mesh, const 
         return COHORT_INVALID_ID;
     const CoPrim *material = co_index_find(index, path);
     if (!material || material->type != COHORT_PRIM_MATERIAL) {
+        co_string_map_set(&index->missing, path, 0); // without memory: as if it never came
         cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_WARNING, mesh->path,
                                    "material:binding", path,
                                    "no such material: Lambertian with displayColor");
