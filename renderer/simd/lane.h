@@ -2,9 +2,9 @@
 //
 // A kernel includes this file and is compiled once per instruction set with CO_LANE_ISA defined as
 // 0 (scalar), 1 (SSE4.2), 2 (AVX2) or 3 (AVX-512). Every operation rounds once per lane as IEEE 754
-// says, so all widths give the same bits; co_lane_muladd alone may or may not round in between, and is
-// for tests that only cull. Comparisons with NaN are false, except co_lane_ne.
-// min and max follow SSE: a < b ? a : b, hence the second operand when one is NaN.
+// says, so all widths give the same bits; co_lane_muladd alone may or may not round in between, and
+// is for tests that only cull. Comparisons with NaN are false, except co_lane_ne. min and max
+// follow SSE: a < b ? a : b, hence the second operand when one is NaN.
 
 #ifndef CO_SIMD_LANE_H
 #define CO_SIMD_LANE_H
@@ -54,6 +54,7 @@ typedef CoLaneMask CoWideMask;
 #define co_wide_and co_lane_and
 #define co_wide_select co_lane_select
 #define co_wide_bits co_lane_bits
+#define co_wide_mask co_lane_mask
 #endif
 
 // The middle of three: a limited to [lo, hi] where lo <= hi.

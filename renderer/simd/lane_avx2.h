@@ -35,5 +35,11 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 {
     return (uint32_t)_mm256_movemask_ps(m);
 }
+static inline CoLaneMask co_lane_mask(uint32_t bits)
+{
+    __m256i place = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return _mm256_castsi256_ps(
+        _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), place), place));
+}
 
 #endif

@@ -36,6 +36,10 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 {
     return m;
 }
+static inline CoLaneMask co_lane_mask(uint32_t bits)
+{
+    return (__mmask8)bits;
+}
 
 enum {
     CO_WIDE_WIDTH = 16
@@ -115,6 +119,10 @@ static inline CoWide co_wide_select(CoWideMask m, CoWide a, CoWide b)
 static inline uint32_t co_wide_bits(CoWideMask m)
 {
     return m;
+}
+static inline CoWideMask co_wide_mask(uint32_t bits)
+{
+    return (__mmask16)bits;
 }
 
 #endif

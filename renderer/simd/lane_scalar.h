@@ -91,6 +91,11 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 {
     return m;
 }
+// The other way; bits beyond the lanes do not matter.
+static inline CoLaneMask co_lane_mask(uint32_t bits)
+{
+    return bits & 1u;
+}
 // table[index[lane] & 7] for a table of 8.
 static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
 {
@@ -107,8 +112,8 @@ static inline void co_lane_load_points(const float *points, const uint32_t *inde
     for (int c = 0; c < 3; c++)
         out[c] = points[3 * (uint64_t)*index + (uint64_t)c];
 }
-// Least of eight, the first of those that are equal: makes it 0xffff and returns its place, with the
-// least of what is left then in the upper 16 bits.
+// Least of eight, the first of those that are equal: makes it 0xffff and returns its place, with
+// the least of what is left then in the upper 16 bits.
 static inline uint32_t co_take_least(uint16_t v[8])
 {
     uint32_t place = 0, left = 0;

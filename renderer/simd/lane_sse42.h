@@ -89,6 +89,12 @@ static inline uint32_t co_lane_bits(CoLaneMask m)
 {
     return (uint32_t)_mm_movemask_ps(m);
 }
+static inline CoLaneMask co_lane_mask(uint32_t bits)
+{
+    __m128i place = _mm_setr_epi32(1, 2, 4, 8);
+    return _mm_castsi128_ps(
+        _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), place), place));
+}
 static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
 {
     return _mm_setr_ps(table[index[0] & 7], table[index[1] & 7], table[index[2] & 7],
@@ -114,7 +120,8 @@ static inline uint32_t co_take_least(uint16_t v[8])
 {
     __m128i all = _mm_loadu_si128((const __m128i *)(const void *)v);
     uint32_t place = (uint32_t)_mm_extract_epi16(_mm_minpos_epu16(all), 1);
-    __m128i at = _mm_cmpeq_epi16(_mm_set1_epi16((short)place), _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
+    __m128i at =
+        _mm_cmpeq_epi16(_mm_set1_epi16((short)place), _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
     all = _mm_or_si128(all, at);
     _mm_storeu_si128((__m128i *)(void *)v, all);
     return place | (uint32_t)_mm_cvtsi128_si32(_mm_minpos_epu16(all)) << 16;

@@ -84,8 +84,8 @@ static inline void co8_put(Co8 *a, uint32_t at, uint32_t x)
 {
     __m128i place = _mm_set1_epi32((int)at), all = _mm_set1_epi32((int)x);
     for (int i = 0; i < 2; i++) {
-        __m128i is_there =
-            _mm_cmpeq_epi32(place, _mm_add_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(4 * i)));
+        __m128i is_there = _mm_cmpeq_epi32(
+            place, _mm_add_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(4 * i)));
         a->half[i] =
             _mm_or_si128(_mm_andnot_si128(is_there, a->half[i]), _mm_and_si128(is_there, all));
     }
@@ -116,10 +116,10 @@ typedef struct Co4 {
     float f[4];
 } Co4;
 
-#define CO4_LANES(expression)                                                                      \
-    Co4 r;                                                                                         \
-    for (int i = 0; i < 4; i++)                                                                    \
-        r.f[i] = (expression);                                                                     \
+#define CO4_LANES(expression) \
+    Co4 r; \
+    for (int i = 0; i < 4; i++) \
+        r.f[i] = (expression); \
     return r
 
 static inline Co4 co4_set1(float a)

@@ -31,6 +31,8 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table
         store_mask(at += count, co_lane_and(less, same));
         store_mask(at += count, co_lane_or(less, co_lane_lt(y, x)));
         co_lane_store(at += count, co_lane_select(less, x, y));
+        CoLaneMask again = co_lane_mask(co_lane_bits(less) | 0x10000u); // bits beyond do not matter
+        co_lane_store(at += count, co_lane_select(again, y, x));
         co_lane_store(at += count, co_lane_lookup8(table, index + i));
         co_lane_store(at += count, co_lane_clamp(x, co_lane_set1(-1.0f), co_lane_set1(2.0f)));
         co_lane_store(at += count, co_lane_load_bytes(index + i));

@@ -25,19 +25,19 @@
 #define CO_LEAST_SLACK 0x1p-145f
 
 typedef struct Ray {
-    CoFour org, dir, inv;         // inv = 1 / dir, finite and never 0
-    CoFour near_c, far_c;         // of a node's slabs
-    const CoBvh *padded_for;      // whose triangles `pad` is for, if it is for any
-    float pad;                    // of the canonical slabs of triangles
-    float placed_pad;             // in a group: of those of instances
-    float entry, exit;            // of the instances' boxes on the way here
-    float from, to;               // where hits may lie, as far as is known
-    float shear_x, shear_y;       // see triangle.h
-    uint32_t major;               // axis of the largest direction component
-    uint32_t near_row[3];         // rows of CoWideNode.planes; the far one is near_row ^ 1
-    uint32_t slot;                // which ray of the group
-    bool is_huge;                 // a node's slabs may overflow: children are to be looked at
-    bool is_fit;                  // the direction is neither infinite nor zero
+    CoFour org, dir, inv;    // inv = 1 / dir, finite and never 0
+    CoFour near_c, far_c;    // of a node's slabs
+    const CoBvh *padded_for; // whose triangles `pad` is for, if it is for any
+    float pad;               // of the canonical slabs of triangles
+    float placed_pad;        // in a group: of those of instances
+    float entry, exit;       // of the instances' boxes on the way here
+    float from, to;          // where hits may lie, as far as is known
+    float shear_x, shear_y;  // see triangle.h
+    uint32_t major;          // axis of the largest direction component
+    uint32_t near_row[3];    // rows of CoWideNode.planes; the far one is near_row ^ 1
+    uint32_t slot;           // which ray of the group
+    bool is_huge;            // a node's slabs may overflow: children are to be looked at
+    bool is_fit;             // the direction is neither infinite nor zero
 } Ray;
 
 // A ray's slab constants, one value in all lanes, and where the planes it meets first and last
@@ -237,7 +237,8 @@ static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
     return ray->is_fit && co_four_below3(size, 3e38f);
 }
 
-// The node constants for meshes that stand in a group as they are: as if all in `box` were one mesh.
+// The node constants for meshes that stand in a group as they are: as if all in `box` were one
+// mesh.
 static inline void ray_tight(const Ray *ray, const CoBox *box, CoFour *near_c, CoFour *far_c)
 {
     CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);

@@ -16,9 +16,9 @@ typedef struct Rays {
     float dir[3][CO_RAYS_ROOM];
     float inv[3][CO_RAYS_ROOM];                            // 1 / dir, finite and never 0
     float near_c[3][CO_RAYS_ROOM], far_c[3][CO_RAYS_ROOM]; // of a node's slabs
-    // In a group: of the nodes of meshes that stand in it as they are.
+    // Of the nodes of meshes that stand in a group as they are, where others do not.
     float near_tight[3][CO_RAYS_ROOM], far_tight[3][CO_RAYS_ROOM];
-    float pad[CO_RAYS_ROOM];                               // of the canonical slabs
+    float pad[CO_RAYS_ROOM];                            // of the canonical slabs
     float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM];      // of the instances' boxes on the way here
     float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];         // where hits may lie, as far as is known
     float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM]; // see triangle.h
@@ -31,6 +31,8 @@ typedef struct Rays {
     uint64_t done;        // rays that need no more
     uint64_t nearer;      // rays whose `to` has changed since somebody asked
     uint32_t count;
+    bool is_in_order; // each stands in its slot
+    bool is_tight;    // slabs of nodes are padded for meshes that stand where they are
 } Rays;
 
 // Repeats the last ray so that whole vectors can be worked on: one vector's worth behind it, which
@@ -87,8 +89,8 @@ static inline void prepare_slabs(CoWide org, CoWide inv, CoWide shift, CoWideMas
     co_wide_store(far_c, co_wide_select(is_safe, far, nan));
 }
 
-// Constants of one axis, see ray_set_origin. pads: of nodes, and of those of meshes that stand as they
-// are. Returns lanes whose nodes may overflow.
+// Constants of one axis, see ray_set_origin. pads: of nodes, and of those of meshes that stand as
+// they are. Returns lanes whose nodes may overflow.
 static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoWide org, CoWide d,
                                     const CoWide pads[2], CoWide distance, bool is_group)
 {
@@ -174,7 +176,7 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
             huge |= prepare_axis(rays, k, j, org[k], d, pads, distance, relative > 0.0f);
         }
         rays->huge |= (uint64_t)huge << j;
-        for (int k = 0; k < 3 && relative > 0.0f; k++)
+        for (int k = 0; k < 3; k++)
             rays->signed_zero |= (uint64_t)(negative_zeros(org[k]) | negative_zeros(dir[k])) << j;
         prepare_shear(rays, j, dir);
         CoWide unfit = co_wide_set1(-INFINITE);
@@ -194,8 +196,7 @@ static inline CoWide rays_padding(const Rays *rays, uint32_t j, const CoBox *box
         distance = co_wide_max(co_wide_sub(co_wide_set1(box->hi[k]), org), distance);
     }
     distance = co_wide_min(distance, co_wide_set1(3e38f));
-    return co_wide_add(co_wide_mul(distance, co_wide_set1(0x1p-20f)),
-                       co_wide_set1(CO_LEAST_SLACK));
+    return co_wide_add(co_wide_mul(distance, co_wide_set1(0x1p-20f)), co_wide_set1(CO_LEAST_SLACK));
 }
 
 static inline uint32_t rays_major(const Rays *rays, uint32_t j)

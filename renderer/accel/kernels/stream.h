@@ -13,8 +13,8 @@
 
 #define WIDE_MASK ((uint64_t)(CO_WIDE_WIDTH == 64 ? ~0ull : (1ull << CO_WIDE_WIDTH) - 1u))
 
-// What rays with the same signs have of slabs: rows of CoWideNode.planes that they enter by, and the
-// constants of nodes.
+// What rays with the same signs have of slabs: rows of CoWideNode.planes that they enter by, and
+// the constants of nodes.
 typedef struct StreamSlabs {
     uint32_t near[3];
     const float (*near_c)[CO_RAYS_ROOM], (*far_c)[CO_RAYS_ROOM];

@@ -174,14 +174,44 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
     descend_tree(&stream, active);
 }
 
+// Rays that share little of a tree: of many signs, and by far not of one direction around which the
+// signs change. Of sorted rays there are hardly such groups; alone they are faster.
+static inline bool is_scattered(const Rays *rays, uint64_t all)
+{
+    uint32_t octants = 0;
+    for (uint64_t left = all; left; octants++)
+        left &= ~same_signs(rays, left, (uint32_t)__builtin_ctzll(left));
+    if (octants < SCATTERED_OCTANTS)
+        return false;
+    float spread = 0.0f, largest = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        CoWide low = co_wide_load(rays->dir[k]), high = low;
+        for (uint32_t j = 0; j < rays->count; j += CO_WIDE_WIDTH) {
+            low = co_wide_min(co_wide_load(rays->dir[k] + j), low);
+            high = co_wide_max(co_wide_load(rays->dir[k] + j), high);
+        }
+        float most = most_of(high), least = least_of(low);
+        spread = float_max(most - least, spread);
+        largest = float_max(float_max(most, -least), largest);
+    }
+    return spread > largest;
+}
+
 // All rays through an object in whose space they are.
 static void trace_object(Group *group, Rays *rays, const CoObject *object, uint32_t path)
 {
     const Walk walk = walk_of(object, path);
-    rays_prepare(rays, &walk.tree->box, object->top ? CO_TRANSFORM_SLACK : 0.0f);
+    // Where nothing is transformed, nothing is off.
+    rays->is_tight = !object->top || object->top->is_in_place;
+    rays_prepare(rays, &walk.tree->box, rays->is_tight ? 0.0f : CO_TRANSFORM_SLACK);
+    if (object->top && rays->is_tight && rays->signed_zero) {
+        rays->is_tight = false;
+        rays_prepare(rays, &walk.tree->box, CO_TRANSFORM_SLACK);
+    }
     uint64_t left = ~0ull >> (CO_GROUP_RAYS - rays->count);
-    walk_alone(group, rays, left & rays->huge, &walk);
-    left &= ~rays->huge;
+    const uint64_t alone = is_scattered(rays, left) ? left : left & rays->huge;
+    walk_alone(group, rays, alone, &walk);
+    left &= ~alone;
     while (left) {
         uint64_t same = same_signs(rays, left, (uint32_t)__builtin_ctzll(left));
         left &= ~same;
@@ -243,8 +273,10 @@ static void walk_in_place(Stream *stream, uint64_t active, const Walk *below)
     const StreamSlabs slabs = stream->slabs;
     const Rays *rays = stream->rays;
     stream->walk = below;
-    stream->slabs.near_c = rays->near_tight;
-    stream->slabs.far_c = rays->far_tight;
+    if (!rays->is_tight) {
+        stream->slabs.near_c = rays->near_tight;
+        stream->slabs.far_c = rays->far_tight;
+    }
     descend_tree(stream, active);
     stream->walk = walk;
     stream->slabs = slabs;
@@ -270,6 +302,7 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
     }
     Rays inner;
     inner.count = 0;
+    inner.is_in_order = false;
     take_inner(rays, &stream->slabs, active, &placed->box, &inner);
     if (inner.count == 0)
         return;

@@ -9,11 +9,12 @@
 #include "accel/kernels/stream.h"
 
 enum {
-    NARROW_MOST = 16,     // active rays up to which each is tested against all children at once
+    NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
-    LATE_MOST = 8,        // to a node or leaf, up to which it is asked for before it is looked at
-    LATE_PLACES = 4,      // such that are asked for at a time
-    LATE_STACK = 64       // nodes on a stack up to which anything is put off
+    SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
+    LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
+    LATE_PLACES = 6,       // such that are asked for at a time
+    LATE_STACK = 64        // nodes on a stack up to which anything is put off
 };
 
 // Of a group, by slot.
@@ -26,7 +27,6 @@ typedef struct Group {
     uint32_t best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS];
     uint64_t found, occlusion; // one bit per slot
     const uint8_t *flags;      // by slot, or NULL
-    uint32_t hits;             // so far; tells whether a test may come out otherwise now
 } Group;
 
 // A tree in the space of the rays: of a mesh, or else the top of a group.
@@ -34,7 +34,7 @@ typedef struct Walk {
     const CoTree *tree;
     const CoBvh *bvh;
     const CoObject *object;
-    uint32_t path; // of the mesh; first one of the group
+    uint32_t path;  // of the mesh; first one of the group
     bool is_placed; // a mesh that stands in a group as it is: the rays are those of the group
 } Walk;
 
@@ -66,7 +66,6 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
          (hit->path == group->best_path[slot] && hit->tri >= group->best_tri[slot])))
         return false;
     group->found |= 1ull << slot;
-    group->hits++;
     if (group->occlusion >> slot & 1u) {
         group->best_t[slot] = *to = -INFINITE;
         return true;
@@ -128,20 +127,46 @@ static inline uint32_t clamp_vector(const Rays *rays, const StreamSlabs *slabs, 
     return pierced & co_wide_bits(co_wide_le(t, co_wide_load(rays->to + j)));
 }
 
-// Offers what rays of the vector at j found of a triangle. Returns those that need no more.
-static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32_t pierced,
-                                    const StreamHits *hits, uint32_t path, uint32_t tri)
+// Offers what rays of the vector at j found of a triangle, one by one. Returns those that need no
+// more.
+static inline uint32_t offer_each(Group *group, Rays *rays, uint32_t j, uint32_t pierced,
+                                  const StreamHits *hits, uint32_t path, uint32_t tri)
 {
     uint32_t done = 0;
+    rays->nearer |= (uint64_t)pierced << j;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t lane = (uint32_t)__builtin_ctz(pierced), at = j + lane;
         Hit hit = {hits->t[lane], hits->u[lane], hits->v[lane], path, tri};
-        rays->nearer |= 1ull << at;
         if (offer_hit(group, rays->slot[at], &hit, rays->exit[at], &rays->to[at]))
             done |= 1u << lane;
     }
     rays->done |= (uint64_t)done << j;
     return done;
+}
+
+// The same, at once where no hit is as near as the one before, as offer_hit has it.
+static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32_t pierced,
+                                    const StreamHits *hits, uint32_t path, uint32_t tri)
+{
+    if (!rays->is_in_order || (uint32_t)(group->occlusion >> j) & pierced)
+        return offer_each(group, rays, j, pierced, hits, path, tri);
+    CoWide t = co_wide_load(hits->t), best = co_wide_load(group->best_t + j);
+    pierced &= co_wide_bits(co_wide_lt(co_wide_load(group->tnear + j), t));
+    uint32_t nearer = pierced & co_wide_bits(co_wide_lt(t, best));
+    uint32_t tied = pierced & ~co_wide_bits(co_wide_ne(t, best));
+    CoWideMask mask = co_wide_mask(nearer);
+    const float *const from[4] = {hits->t, hits->t, hits->u, hits->v};
+    float *const to[4] = {rays->to + j, group->best_t + j, group->best_u + j, group->best_v + j};
+    for (int k = 0; k < 4; k++)
+        co_wide_store(to[k], co_wide_select(mask, co_wide_load(from[k]), co_wide_load(to[k])));
+    for (uint32_t left = nearer; left; left &= left - 1) {
+        uint32_t at = j + (uint32_t)__builtin_ctz(left);
+        group->best_path[at] = path;
+        group->best_tri[at] = tri;
+    }
+    group->found |= (uint64_t)nearer << j;
+    rays->nearer |= (uint64_t)nearer << j;
+    return tied ? offer_each(group, rays, j, tied, hits, path, tri) : 0;
 }
 
 // The rays `active` of the vector at j, which share a major axis, against a leaf.
@@ -239,7 +264,7 @@ static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *wa
         uint32_t j = (uint32_t)__builtin_ctzll(active);
         Ray ray;
         rays_single(rays, j, &ray);
-        walk_single(group, &ray, walk, false);
+        walk_single(group, &ray, walk, rays->is_tight);
         rays_settle(rays, j, ray.to);
     }
 }
@@ -277,23 +302,29 @@ typedef struct Intake {
     float scale[CO_GROUP_RAYS]; // 0: invalid
 } Intake;
 
+// Most groups are full: then the length is known here.
+static inline void read_field(const float *from, uint32_t count, float to[CO_GROUP_RAYS])
+{
+    if (count == CO_GROUP_RAYS) {
+        __builtin_memcpy(to, from, CO_GROUP_RAYS * sizeof *to);
+        return;
+    }
+    __builtin_memcpy(to, from, count * sizeof *to);
+    __builtin_memset(to + count, 0, (CO_GROUP_RAYS - count) * sizeof *to);
+}
+
 // What of the group is not a ray is invalid.
 static void read_batch(const CoRayBatch *batch, size_t begin, uint32_t count, Rays *rays,
                        Intake *in)
 {
     const float *const org[3] = {batch->org_x, batch->org_y, batch->org_z};
     const float *const dir[3] = {batch->dir_x, batch->dir_y, batch->dir_z};
-    size_t bytes = count * sizeof(float), rest = (CO_GROUP_RAYS - count) * sizeof(float);
     for (int k = 0; k < 3; k++) {
-        __builtin_memcpy(rays->org[k], org[k] + begin, bytes);
-        __builtin_memcpy(in->dir[k], dir[k] + begin, bytes);
-        __builtin_memset(rays->org[k] + count, 0, rest);
-        __builtin_memset(in->dir[k] + count, 0, rest);
+        read_field(org[k] + begin, count, rays->org[k]);
+        read_field(dir[k] + begin, count, in->dir[k]);
     }
-    __builtin_memcpy(in->tnear, batch->tnear + begin, bytes);
-    __builtin_memcpy(in->tfar, batch->tfar + begin, bytes);
-    __builtin_memset(in->tnear + count, 0, rest);
-    __builtin_memset(in->tfar + count, 0, rest);
+    read_field(batch->tnear + begin, count, in->tnear);
+    read_field(batch->tfar + begin, count, in->tfar);
 }
 
 // Without a branch: the compiler makes vectors of it.
@@ -331,19 +362,39 @@ static void give_none(CoHitBatch *hits, size_t i, float t)
     hits->tri[i] = COHORT_INVALID_ID;
 }
 
-static void give_hits(const Group *group, const float *scale, CoHitBatch *hits, size_t begin,
-                      uint32_t count)
+// As read_field: most groups are full.
+static inline void give_field(const void *from, uint32_t count, void *to)
 {
-    for (uint32_t slot = 0; slot < count; slot++) {
-        bool is_found = group->found >> slot & 1u;
-        bool has_hit = is_found && !(group->occlusion >> slot & 1u);
-        float t = has_hit ? float_min(group->best_t[slot] * scale[slot], __FLT_MAX__) : 0.0f;
-        hits->t[begin + slot] = is_found ? t : INFINITE;
-        hits->u[begin + slot] = has_hit ? group->best_u[slot] : 0.0f;
-        hits->v[begin + slot] = has_hit ? group->best_v[slot] : 0.0f;
-        hits->instance[begin + slot] = has_hit ? group->best_path[slot] : COHORT_INVALID_ID;
-        hits->tri[begin + slot] = has_hit ? group->best_tri[slot] : COHORT_INVALID_ID;
+    if (count == CO_GROUP_RAYS)
+        __builtin_memcpy(to, from, CO_GROUP_RAYS * sizeof(float));
+    else
+        __builtin_memcpy(to, from, count * sizeof(float));
+}
+
+static void give_hits(Group *group, const float scale[CO_GROUP_RAYS], CoHitBatch *hits,
+                      size_t begin, uint32_t count)
+{
+    const CoWide zero = co_wide_set1(0.0f), most = co_wide_set1(__FLT_MAX__);
+    const uint64_t seen = group->found & ~group->occlusion;
+    for (uint32_t j = 0; j < CO_GROUP_RAYS; j += CO_WIDE_WIDTH) {
+        CoWideMask found = co_wide_mask((uint32_t)(group->found >> j));
+        CoWideMask mask = co_wide_mask((uint32_t)(seen >> j));
+        CoWide t = co_wide_mul(co_wide_load(group->best_t + j), co_wide_load(scale + j));
+        CoWide none = co_wide_select(found, zero, co_wide_set1(INFINITE));
+        co_wide_store(group->best_t + j, co_wide_select(mask, co_wide_min(t, most), none));
+        CoWide u = co_wide_load(group->best_u + j), v = co_wide_load(group->best_v + j);
+        co_wide_store(group->best_u + j, co_wide_select(mask, u, zero));
+        co_wide_store(group->best_v + j, co_wide_select(mask, v, zero));
     }
+    for (uint64_t left = ~seen; left; left &= left - 1) {
+        uint32_t slot = (uint32_t)__builtin_ctzll(left);
+        group->best_path[slot] = group->best_tri[slot] = COHORT_INVALID_ID;
+    }
+    give_field(group->best_t, count, hits->t + begin);
+    give_field(group->best_u, count, hits->u + begin);
+    give_field(group->best_v, count, hits->v + begin);
+    give_field(group->best_path, count, hits->instance + begin);
+    give_field(group->best_tri, count, hits->tri + begin);
 }
 
 static inline void open_group(Group *group, const CoAccelScene *scene, const uint8_t *flags,
@@ -354,13 +405,17 @@ static inline void open_group(Group *group, const CoAccelScene *scene, const uin
     group->stats = stats;
     group->found = 0;
     group->occlusion = 0;
-    group->hits = 0;
     stats->groups++;
 }
 
 // Takes invalid rays out of the group: the last takes the place of each.
-static void drop_invalid(Rays *rays, const float *scale)
+static void drop_invalid(Rays *rays, const float scale[CO_GROUP_RAYS])
 {
+    uint32_t invalid = 0;
+    for (uint32_t j = 0; j < CO_GROUP_RAYS; j++)
+        invalid += scale[j] == 0.0f;
+    if (!invalid)
+        return;
     for (uint32_t j = rays->count; j-- > 0;) {
         if (scale[j] != 0.0f)
             continue;
@@ -375,6 +430,26 @@ static void drop_invalid(Rays *rays, const float *scale)
     }
 }
 
+// Asks for a group that comes next.
+static inline void prefetch_batch(const CoRayBatch *batch, size_t begin)
+{
+    const float *const fields[8] = {batch->org_x, batch->org_y, batch->org_z, batch->dir_x,
+                                    batch->dir_y, batch->dir_z, batch->tnear, batch->tfar};
+    for (int k = 0; k < 8; k++)
+        for (uint32_t j = 0; j < CO_GROUP_RAYS; j += 16)
+            __builtin_prefetch(fields[k] + begin + j);
+}
+
+// Asks for where its hits will stand, to write.
+static inline void prefetch_hits(const CoHitBatch *hits, size_t begin)
+{
+    const void *const fields[5] = {hits->t + begin, hits->u + begin, hits->v + begin,
+                                   hits->instance + begin, hits->tri + begin};
+    for (int k = 0; k < 5; k++)
+        for (uint32_t j = 0; j < CO_GROUP_RAYS * sizeof(float); j += 64)
+            __builtin_prefetch((const char *)fields[k] + j, 1);
+}
+
 static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
                       CoHitBatch *hits, size_t begin, uint32_t count, bool grouped,
                       CoTraverseStats *stats)
@@ -383,12 +458,15 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
     Rays rays;
     Intake in;
     open_group(&group, scene, flags ? flags + begin : NULL, stats);
+    if (count == CO_GROUP_RAYS)
+        prefetch_hits(hits, begin);
     read_batch(batch, begin, count, &rays, &in);
     scale_rays(&rays, &in, &group);
     for (uint32_t slot = 0; flags && slot < count; slot++)
         group.occlusion |= (uint64_t)(flags[begin + slot] & CO_TRAVERSE_OCCLUSION) << slot;
     rays.count = count;
     drop_invalid(&rays, in.scale);
+    rays.is_in_order = rays.count == count;
     stats->invalid += count - rays.count;
     const CoObject *root = &scene->objects[scene->root];
     if (rays.count && root->top && !is_empty(root)) {
@@ -410,6 +488,8 @@ void CO_LANE_NAME(co_accel_traverse)(const CoAccelScene *scene, const CoRayBatch
 {
     for (size_t i = begin; i < end; i += CO_GROUP_RAYS) {
         uint32_t count = (uint32_t)(end - i < CO_GROUP_RAYS ? end - i : CO_GROUP_RAYS);
+        if (end - i >= 2 * CO_GROUP_RAYS)
+            prefetch_batch(rays, i + CO_GROUP_RAYS);
         trace_run(scene, rays, flags, hits, i, count, grouped, stats);
     }
 }
