@@ -6,6 +6,10 @@
 
 #include <string.h>
 
+enum {
+    GRAIN = 64 // blocks that are sooner looked at than given to another thread
+};
+
 // A piece of the text. Depths are those of braces, 0 where the search began.
 typedef struct Block {
     size_t lines;        // line ends in it
@@ -170,9 +174,9 @@ bool co_cuts_find(CoCuts *out, CoCut from, const char *stop)
     out->is_closed = false;
     bool good = search.blocks != NULL;
     if (good) {
-        co_parallel_for(count, 4, count_blocks, &search);
+        co_parallel_for(count, GRAIN, count_blocks, &search);
         size_t used = place_blocks(&search, count, from.line);
-        co_parallel_for(used, 4, find_in_blocks, &search);
+        co_parallel_for(used, GRAIN, find_in_blocks, &search);
         good = collect(out, from, &search, used);
         if (search.blocks[used - 1].closing)
             out->looked = search.blocks[used - 1].closing;

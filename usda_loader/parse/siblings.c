@@ -5,10 +5,10 @@
 #include <string.h>
 
 enum {
-    LEAST_BYTES = 4 * CO_CUT_BYTES,   // of text that is worth dividing
+    LEAST_BYTES = 8 * CO_CUT_BYTES,   // of text that is worth dividing
     FIRST_WINDOW = 32 * CO_CUT_BYTES, // text looked at first, for each thread
     WINDOW_GROWTH = 4,                // the next one, when that was divided
-    MOST_GROWTH = 4,                 // of the first
+    MOST_GROWTH = 4,                  // of the first
     SHARES = 2,     // no range is longer than a window divided by threads and this
     MOST_DEPTH = 16 // of prims that are looked beside
 };

@@ -87,10 +87,12 @@ static bool is_read(const Text *text)
 static void prims_of_any_parent(void **state)
 {
     (void)state;
-    static const char *const before[] = {"", "def \"World\"\n{\n    int a = 1\n",
-                                         "def \"World\" { def \"Geo\" { over \"x\" {\n",
-                                         "def \"World\" (\n    add variantSets = \"v\"\n)\n{\n    "
-                                         "variantSet \"v\" = {\n    \"a\" {\n"};
+    static const char *const before[] = {
+        "",
+        "def \"World\"\n{\n    int a = 1\n",
+        "def \"World\" { def \"Geo\" { over \"x\" {\n",
+        "def \"World\"\n{\n    variantSet \"v\" = {\n    \"a\" {\n",
+    };
     static const char *const after[] = {"", "}\n", "}\n}\n}\n", "}\n\"b\" {}\n}\n}\n"};
     for (size_t i = 0; i < 4; i++) {
         Text text = begin();
