@@ -146,7 +146,9 @@ typedef struct CoComposer {
     size_t entry_count, entry_capacity;
     CoStack **stacks;
     size_t stack_count, stack_capacity;
-    CoSite **sites; // open addressing over (stack, path)
+    CoSite **first_sites; // of each path, by its number
+    size_t first_site_capacity;
+    CoSite **sites; // the others: open addressing over (stack, path)
     size_t site_count, site_capacity;
     uint64_t warning_count;
     CohortProblem *problems;

@@ -5,6 +5,10 @@
 
 #include <string.h>
 
+enum {
+    PAGE_PATHS = 64
+};
+
 void co_path_table_init(CoPathTable *table, CoArena *arena)
 {
     *table = (CoPathTable){.arena = arena};
@@ -12,41 +16,74 @@ void co_path_table_init(CoPathTable *table, CoArena *arena)
     table->root.prim = &table->root;
 }
 
-static uint64_t hash_element(const CoPath *parent, const char *name, const char *selection)
+static uint32_t hash_element(const CoPath *parent, const char *name, const char *selection)
 {
     uint64_t h = co_hash64((uint64_t)(uintptr_t)parent ^ ((uint64_t)(uintptr_t)name << 17));
-    return selection ? co_hash_combine(h, (uint64_t)(uintptr_t)selection) : h;
+    return (uint32_t)(selection ? co_hash_combine(h, (uint64_t)(uintptr_t)selection) : h);
+}
+
+static CoPath *path_of(const CoPathTable *table, uint32_t number)
+{
+    return &table->pages[(number - 1) / PAGE_PATHS][(number - 1) % PAGE_PATHS];
 }
 
 static bool grow(CoPathTable *table)
 {
     size_t capacity = table->capacity ? table->capacity * 2 : 256;
-    const CoPath **slots = co_arena_array(table->arena, capacity, sizeof *slots);
+    CoPathSlot *slots = co_arena_array(table->arena, capacity, sizeof *slots);
     if (!slots)
         return false;
     for (size_t i = 0; i < table->capacity; i++) {
-        const CoPath *path = table->slots[i];
-        if (!path)
+        CoPathSlot old = table->slots[i];
+        if (!old.number)
             continue;
-        size_t at = hash_element(path->parent, path->name, path->selection) & (capacity - 1);
-        while (slots[at])
+        size_t at = old.hash & (capacity - 1);
+        while (slots[at].number)
             at = (at + 1) & (capacity - 1);
-        slots[at] = path;
+        slots[at] = old;
     }
     table->slots = slots;
     table->capacity = capacity;
     return true;
 }
 
-static size_t find_slot(const CoPathTable *table, const CoPath *parent, const char *name,
-                        const char *selection)
+// Where the path stands or would stand.
+static CoPathSlot *find_slot(const CoPathTable *table, const CoPath *parent, const char *name,
+                             const char *selection)
 {
-    size_t at = hash_element(parent, name, selection) & (table->capacity - 1);
-    for (;; at = (at + 1) & (table->capacity - 1)) {
-        const CoPath *path = table->slots[at];
-        if (!path || (path->parent == parent && path->name == name && path->selection == selection))
-            return at;
+    uint32_t hash = hash_element(parent, name, selection);
+    for (size_t at = hash & (table->capacity - 1);; at = (at + 1) & (table->capacity - 1)) {
+        CoPathSlot *slot = &table->slots[at];
+        if (!slot->number)
+            return slot;
+        const CoPath *path = slot->hash == hash ? path_of(table, slot->number) : NULL;
+        if (path && path->parent == parent && path->name == name && path->selection == selection)
+            return slot;
     }
+}
+
+// Room for one path more.
+static CoPath *push_path(CoPathTable *table)
+{
+    if (table->count == UINT32_MAX)
+        return NULL;
+    if (table->count == table->page_count * PAGE_PATHS) {
+        if (table->page_count == table->page_capacity) {
+            size_t capacity = table->page_capacity ? table->page_capacity * 2 : 16;
+            CoPath **pages = co_arena_array(table->arena, capacity, sizeof *pages);
+            if (!pages)
+                return NULL;
+            if (table->page_count)
+                memcpy(pages, table->pages, table->page_count * sizeof *pages);
+            table->pages = pages;
+            table->page_capacity = capacity;
+        }
+        CoPath *page = co_arena_array(table->arena, PAGE_PATHS, sizeof *page);
+        if (!page)
+            return NULL;
+        table->pages[table->page_count++] = page;
+    }
+    return path_of(table, ++table->count);
 }
 
 static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char *name,
@@ -54,11 +91,11 @@ static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char
 {
     if (!parent || !name)
         return NULL;
-    if (2 * table->count >= table->capacity && !grow(table))
+    if (2 * (size_t)table->count >= table->capacity && !grow(table))
         return NULL;
-    size_t at = find_slot(table, parent, name, selection);
-    if (table->slots[at])
-        return table->slots[at];
+    CoPathSlot *slot = find_slot(table, parent, name, selection);
+    if (slot->number)
+        return path_of(table, slot->number);
     const CoPath *prim = NULL;
     if (selection)
         prim = parent->prim;
@@ -66,19 +103,19 @@ static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char
         prim = intern(table, parent->prim, name, NULL);
     if (!prim && (selection || parent->prim != parent))
         return NULL;
-    CoPath *path = co_arena_alloc(table->arena, sizeof *path);
+    CoPath *path = push_path(table);
     if (!path)
         return NULL;
-    *path = (CoPath){parent,
-                     name,
-                     selection,
-                     prim ? prim : path,
-                     parent->length + 1,
-                     parent->depth + (selection ? 0 : 1)};
+    *path = (CoPath){.parent = parent,
+                     .name = name,
+                     .selection = selection,
+                     .prim = prim ? prim : path,
+                     .length = parent->length + 1,
+                     .depth = parent->depth + (selection ? 0 : 1),
+                     .number = table->count};
     // Interning the plain path may have grown the table.
-    at = find_slot(table, parent, name, selection);
-    table->slots[at] = path;
-    table->count++;
+    slot = find_slot(table, parent, name, selection);
+    *slot = (CoPathSlot){hash_element(parent, name, selection), path->number};
     return path;
 }
 
@@ -95,7 +132,8 @@ const CoPath *co_path_variant(CoPathTable *table, const CoPath *parent, const ch
 
 const CoPath *co_path_find_child(const CoPathTable *table, const CoPath *parent, const char *name)
 {
-    return table->capacity ? table->slots[find_slot(table, parent, name, NULL)] : NULL;
+    const CoPathSlot *slot = table->capacity ? find_slot(table, parent, name, NULL) : NULL;
+    return slot && slot->number ? path_of(table, slot->number) : NULL;
 }
 
 const CoPath *co_path_cut(const CoPath *path, uint32_t length)

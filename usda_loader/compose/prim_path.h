@@ -18,13 +18,21 @@ struct CoPath {
     const CoPath *prim;    // the same path without variant selections
     uint32_t length;       // elements
     uint32_t depth;        // prim elements only
+    uint32_t number;       // in the order of making, "/" is 0
 };
+
+// Tells most paths apart without going to them, which in a big table is far.
+typedef struct CoPathSlot {
+    uint32_t hash, number; // number 0: empty
+} CoPathSlot;
 
 typedef struct CoPathTable {
     CoArena *arena;
-    const CoPath **slots; // open addressing
-    size_t capacity;      // a power of two, or 0
-    size_t count;
+    CoPathSlot *slots; // open addressing
+    size_t capacity;   // a power of two, or 0
+    CoPath **pages;    // paths by number, from 1 on
+    size_t page_count, page_capacity;
+    uint32_t count;
     CoPath root;
     const struct CoMap *identity;       // made when first asked for
     struct CoComposition *compositions; // of large maps: open addressing (map.c)

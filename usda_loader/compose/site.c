@@ -28,6 +28,34 @@ static void grow_cache(CoComposer *c)
     c->site_capacity = capacity;
 }
 
+// Most paths mean something in one stack only. Paths that are made after each other are asked for
+// after each other, so that a list by number keeps together what a table would scatter.
+static CoSite **first_slot(CoComposer *c, const CoPath *path)
+{
+    if (path->number >= c->first_site_capacity) {
+        size_t capacity = c->first_site_capacity ? c->first_site_capacity : 256;
+        while (capacity <= path->number)
+            capacity *= 2;
+        CoSite **grown = co_composer_array(c, capacity, sizeof *grown);
+        if (c->first_site_capacity)
+            memcpy(grown, c->first_sites, c->first_site_capacity * sizeof *grown);
+        c->first_sites = grown;
+        c->first_site_capacity = capacity;
+    }
+    return &c->first_sites[path->number];
+}
+
+// Where the site stands or goes. What is made meanwhile may move it.
+static CoSite **slot_of(CoComposer *c, const CoStack *stack, const CoPath *path)
+{
+    CoSite **first = first_slot(c, path);
+    if (!*first || (*first)->stack == stack)
+        return first;
+    if (2 * c->site_count >= c->site_capacity)
+        grow_cache(c);
+    return find_slot(c->sites, c->site_capacity, stack, path);
+}
+
 static const CoSpec *spec_below(const CoSpec *parent, const CoPath *path)
 {
     if (!path->selection)
@@ -88,11 +116,9 @@ static void find_specs(CoComposer *c, CoSite *site)
 
 CoSite *co_site(CoComposer *c, CoStack *stack, const CoPath *path)
 {
-    if (2 * c->site_count >= c->site_capacity)
-        grow_cache(c);
-    CoSite **slot = find_slot(c->sites, c->site_capacity, stack, path);
-    if (*slot)
-        return *slot;
+    CoSite *known = *slot_of(c, stack, path);
+    if (known)
+        return known;
     CoSite *site = co_composer_alloc(c, sizeof *site);
     site->stack = stack;
     site->path = path;
@@ -101,11 +127,9 @@ CoSite *co_site(CoComposer *c, CoStack *stack, const CoPath *path)
         site->flags |= CO_SITE_RELOCATED;
     if (co_stack_move_from(stack, path))
         site->flags |= CO_SITE_MOVED_AWAY;
-    // Finding the parent may have moved the table.
-    if (2 * c->site_count >= c->site_capacity)
-        grow_cache(c);
-    *find_slot(c->sites, c->site_capacity, stack, path) = site;
-    c->site_count++;
+    CoSite **slot = slot_of(c, stack, path);
+    c->site_count += slot != first_slot(c, path);
+    *slot = site;
     return site;
 }
 
