@@ -18,7 +18,7 @@ enum { LEAST_BATCH = 1024 };
 // The batch's arrays, and its records and those that are paged in next, which are mapped.
 static uint64_t bytes_per_ray(const CohortRender *r)
 {
-    const uint64_t arrays = 9 * sizeof(float) + 6 * sizeof(float) + 1;
+    const uint64_t arrays = 10 * sizeof(float) + 6 * sizeof(float) + 1;
     const uint64_t hits = 2 * sizeof(CoHitRecord) + 3 * sizeof(uint32_t), scratch = 64;
     return arrays + hits + scratch + 2 * r->ray_words * sizeof(uint32_t);
 }

@@ -52,13 +52,14 @@ static void fill_defaults(CohortRenderSettings *s)
 static bool alloc_batch(CoActiveBatch *b, size_t n, CohortError *err)
 {
     b->capacity = n;
+    b->order = co_alloc(TAG, n * sizeof *b->order);
     b->flags = co_alloc(TAG, n);
     b->hit_records = co_alloc(TAG, n * sizeof *b->hit_records);
     b->hit_sorted = co_alloc(TAG, n * sizeof *b->hit_sorted);
     b->hit_object = co_alloc(TAG, n * sizeof *b->hit_object);
     b->hit_tri = co_alloc(TAG, n * sizeof *b->hit_tri);
     b->hit_order = co_alloc(TAG, n * sizeof *b->hit_order);
-    CO_CHECK(b->flags && b->hit_records && b->hit_sorted && b->hit_object && b->hit_tri &&
+    CO_CHECK(b->order && b->flags && b->hit_records && b->hit_sorted && b->hit_object && b->hit_tri &&
                  b->hit_order, err, COHORT_ERROR_OUT_OF_MEMORY,
              "out of memory for a batch of %zu rays: use a smaller --batch", n);
     return co_ray_batch_reserve(&b->rays, n, err) && co_hit_batch_reserve(&b->hits, n, err);
@@ -69,6 +70,7 @@ static void free_batch(CoActiveBatch *b)
     size_t n = b->capacity;
     co_ray_batch_clear(&b->rays);
     co_hit_batch_clear(&b->hits);
+    co_free(TAG, b->order, n * sizeof *b->order);
     co_free(TAG, b->flags, n);
     co_free(TAG, b->hit_records, n * sizeof *b->hit_records);
     co_free(TAG, b->hit_sorted, n * sizeof *b->hit_sorted);

@@ -1,7 +1,7 @@
 // One render: settings, bins, the active batch's arrays, film and counters.
 //
 // The stages of a batch, in the order of figure 2 of Eisenacher et al. 2013, one file each:
-// camera.c makes rays; trace.c decodes, sorts and traverses a batch; ends.c settles misses, light
+// camera.c makes rays; trace.c sorts, decodes and traverses a batch; ends.c settles misses, light
 // rays and lights met on the way; request.c sorts hits and gathers texture lookups; shade.c
 // evaluates materials and feeds new rays back into the bins.
 
@@ -41,6 +41,7 @@ typedef struct CoHitRecord {
 // Arrays of the active batch, reused from batch to batch. capacity = rays of a bin.
 typedef struct CoActiveBatch {
     CoRayRecords records;
+    uint32_t *order; // [capacity] of the records, where rays are sorted
     CoRayBatch rays;
     CoHitBatch hits;
     uint8_t *flags;           // [capacity] of co_traverse

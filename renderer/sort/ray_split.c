@@ -18,7 +18,7 @@ static bool is_less_tied(const CoRayEntry *a, const CoRayEntry *b)
     for (int i = 0; i < 6; i++)
         if (a->v[i] != b->v[i])
             return a->v[i] < b->v[i];
-    return a->tnear < b->tnear;
+    return false;
 }
 
 static inline bool is_less(const CoRayEntry *a, const CoRayEntry *b, int axis)

@@ -21,6 +21,7 @@ typedef struct Bench {
     const CoRayKernels *codes;
     CoRayBins *bins;
     CoRayRecords records; // of the batch
+    uint32_t *order;
     CoRayBatch batch;
     CoRay *rays;
     uint32_t *words;
@@ -74,7 +75,7 @@ static void decode_range(void *context, size_t begin, size_t end, uint32_t worke
 {
     Bench *b = context;
     (void)worker;
-    b->codes->decode(&b->records, NULL, 0, begin, end, &b->batch);
+    b->codes->decode(&b->records, b->order, 0, begin, end, &b->batch);
 }
 
 static void push_range(void *context, size_t begin, size_t end, uint32_t worker)
@@ -170,13 +171,14 @@ static void bench_stream(Bench *b)
             break;
         for (int s = 0; s < 2; s++) {
             t = co_clock_seconds();
+            if (!co_sort_rays(records, s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, &scratch,
+                              b->order, &err))
+                break;
+            time_add(&sort[s], t, b->count);
+            t = co_clock_seconds();
             co_ray_batch_begin(batch, b->count);
             co_parallel_for(b->count, 4096, decode_range, b);
             time_add(&decode, t, b->count);
-            t = co_clock_seconds();
-            if (!co_sort_rays(batch, s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, &scratch, &err))
-                break;
-            time_add(&sort[s], t, b->count);
             spread[s] = group_spread(batch);
             size[s] = group_size(batch);
         }
@@ -188,9 +190,9 @@ static void bench_stream(Bench *b)
     }
     report("encode", &encode);
     report("push to the bin's file", &push);
-    report("decode to arrays", &decode);
     report("ray sort, exact", &sort[0]);
     report("ray sort, fast", &sort[1]);
+    report("decode to arrays, in order", &decode);
     printf("group spread, exact and fast %8.5f %8.5f\n", spread[0], spread[1]);
     printf("group size, exact and fast   %8.4f %8.4f\n", size[0], size[1]);
     co_ray_batch_clear(batch);
@@ -229,8 +231,9 @@ int main(int argc, char **argv)
     bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(), NULL, &err);
     bench.rays = malloc(count * sizeof *bench.rays);
     bench.words = malloc(count * CO_RAY_WORDS * sizeof *bench.words);
+    bench.order = malloc(count * sizeof *bench.order);
     bench.film = co_film_create(1280, 720, 0, 4, &err);
-    if (!bench.bins || !bench.rays || !bench.words || !bench.film) {
+    if (!bench.bins || !bench.rays || !bench.words || !bench.order || !bench.film) {
         printf("failed: %s\n", err.message);
         return 1;
     }
@@ -251,5 +254,6 @@ int main(int argc, char **argv)
     co_ray_bins_destroy(bench.bins);
     free(bench.rays);
     free(bench.words);
+    free(bench.order);
     return 0;
 }

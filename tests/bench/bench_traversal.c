@@ -33,6 +33,7 @@ typedef struct Bench {
     uint32_t threads;
     const char *isa;
     CoSortScratch scratch;
+    uint32_t *order;
     bool has_printed, is_wrong;
 } Bench;
 
@@ -257,48 +258,6 @@ static void measure_rays(Bench *bench, const char *name, const CoRayBatch *rays,
     free(flags);
 }
 
-// The bounces of one direction bin, at most a batch of them.
-static void collect_bin(const CoRayBatch *from, uint32_t bin, CoRayBatch *out)
-{
-    const float *const in[8] = {from->org_x, from->org_y, from->org_z, from->dir_x,
-                                from->dir_y, from->dir_z, from->tnear, from->tfar};
-    float *const to[8] = {out->org_x, out->org_y, out->org_z, out->dir_x,
-                          out->dir_y, out->dir_z, out->tnear, out->tfar};
-    out->count = 0;
-    for (size_t i = 0; i < from->count && out->count < out->capacity; i++) {
-        if (co_ray_bin(co_vec3(from->dir_x[i], from->dir_y[i], from->dir_z[i])) != bin)
-            continue;
-        for (int k = 0; k < 8; k++)
-            to[k][out->count] = in[k][i];
-        out->record[out->count] = (uint32_t)i;
-        out->count++;
-    }
-}
-
-static void measure_sorted_batches(Bench *bench)
-{
-    Contender contenders[CONTENDERS_MAX];
-    int n = list_contenders(bench, true, true, false, contenders);
-    CoRayBatch batch = {.count = 0};
-    double count = 0.0;
-    if (!co_ray_batch_reserve(&batch, (size_t)1 << bench->options->batch_bits, NULL))
-        return;
-    for (uint32_t bin = 0; bin < CO_RAY_BINS; bin++) {
-        collect_bin(&bench->rays.diffuse, bin, &batch);
-        if (batch.count == 0 || !co_sort_rays(&batch, COHORT_SORTER_FAST, &bench->scratch, NULL))
-            continue;
-        Trace trace = {.bench = bench, .rays = &batch, .hits = &bench->hits};
-        count += (double)batch.count;
-        for (int round = 0; round < bench->options->repeats; round++)
-            for (int c = 0; c < n; c++) {
-                trace.contender = &contenders[c];
-                contenders[c].seconds[round] += trace_seconds(&trace);
-            }
-    }
-    finish_row(bench, "diffuse", "sorted_batch", count, contenders, n);
-    co_ray_batch_clear(&batch);
-}
-
 typedef struct Pack {
     const CoRayKernels *codes;
     const CoRayBatch *rays;
@@ -334,11 +293,91 @@ static void pack_range(void *context, size_t begin, size_t end, uint32_t worker)
     push_queue(pack, worker, &queue);
 }
 
+// All bounces in their order, into these bins or into new ones.
+static CoRayBins *pack_rays(const Bench *bench, CoRayBins *bins)
+{
+    size_t capacity = (size_t)1 << bench->options->batch_bits;
+    if (!bins)
+        bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(), NULL, NULL);
+    if (!bins)
+        return NULL;
+    Pack pack = {co_ray_kernels(bench->isa), &bench->rays.diffuse, bins};
+    co_parallel_for(pack.rays->count, GRAIN, pack_range, &pack);
+    co_ray_bins_flush(bins, NULL);
+    return bins;
+}
+
+static void sort_batch(Bench *bench, const CoRayRecords *records)
+{
+    const char *sort = bench->options->sort;
+    CohortSorter sorter =
+        sort && strcmp(sort, "exact") == 0 ? COHORT_SORTER_EXACT : COHORT_SORTER_FAST;
+    co_sort_rays(records, sorter, &bench->scratch, bench->order, NULL);
+}
+
+typedef struct Decode {
+    const CoRayKernels *codes;
+    const CoRayRecords *records;
+    const uint32_t *order;
+    CoRayBatch *batch;
+} Decode;
+
+static void decode_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Decode *decode = context;
+    (void)worker;
+    decode->codes->decode(decode->records, decode->order, 0, begin, end, decode->batch);
+}
+
+// In the order given, or NULL.
+static void decode_batch(const Bench *bench, const CoRayRecords *records, const uint32_t *order,
+                         CoRayBatch *batch)
+{
+    Decode decode = {co_ray_kernels(bench->isa), records, order, batch};
+    co_ray_batch_begin(batch, records->count);
+    co_parallel_for(records->count, GRAIN, decode_range, &decode);
+}
+
+// The next batch, ready ones before what is left; false when there is none.
+static bool next_batch(CoRayBins *bins, CoRayRecords *records)
+{
+    return co_ray_bins_pop(bins, records, NULL) &&
+           (records->count > 0 || co_ray_bins_drain(bins, records, NULL)) && records->count > 0;
+}
+
+static void measure_sorted_batches(Bench *bench)
+{
+    Contender contenders[CONTENDERS_MAX];
+    int n = list_contenders(bench, true, true, false, contenders);
+    size_t capacity = (size_t)1 << bench->options->batch_bits;
+    CoRayBatch batch = {.count = 0};
+    CoRayRecords records;
+    double count = 0.0;
+    CoRayBins *bins = pack_rays(bench, NULL);
+    if (!bins || !co_ray_batch_reserve(&batch, capacity, NULL))
+        return;
+    while (next_batch(bins, &records)) {
+        sort_batch(bench, &records);
+        decode_batch(bench, &records, bench->order, &batch);
+        Trace trace = {.bench = bench, .rays = &batch, .hits = &bench->hits};
+        count += (double)batch.count;
+        for (int round = 0; round < bench->options->repeats; round++)
+            for (int c = 0; c < n; c++) {
+                trace.contender = &contenders[c];
+                contenders[c].seconds[round] += trace_seconds(&trace);
+            }
+        co_ray_bins_recycle(bins, &records);
+    }
+    finish_row(bench, "diffuse", "sorted_batch", count, contenders, n);
+    co_ray_bins_destroy(bins);
+    co_ray_batch_clear(&batch);
+}
+
 // Where the time of sorted_total goes.
 typedef enum Part {
     PART_PACK, // and bin
-    PART_DECODE,
     PART_SORT,
+    PART_DECODE,
     PART_TRACE,
     PART_COUNT
 } Part;
@@ -351,36 +390,18 @@ static void book(const Bench *bench, double *since, double parts[PART_COUNT], Pa
     *since = at;
 }
 
-typedef struct Decode {
-    const CoRayKernels *codes;
-    const CoRayRecords *records;
-    CoRayBatch *batch;
-} Decode;
-
-static void decode_range(void *context, size_t begin, size_t end, uint32_t worker)
-{
-    const Decode *decode = context;
-    (void)worker;
-    decode->codes->decode(decode->records, NULL, 0, begin, end, decode->batch);
-}
-
 static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts,
                           double parts[PART_COUNT])
 {
     double since = now(bench);
     CoRayRecords records;
     const Contender own = {.grouped = true};
-    for (;;) {
-        if (!co_ray_bins_pop(bins, &records, NULL) ||
-            (records.count == 0 && !co_ray_bins_drain(bins, &records, NULL)) || records.count == 0)
-            return;
-        co_ray_batch_begin(batch, records.count);
-        Decode decode = {co_ray_kernels(bench->isa), &records, batch};
-        co_parallel_for(records.count, GRAIN, decode_range, &decode);
-        book(bench, &since, parts, PART_DECODE);
+    while (next_batch(bins, &records)) {
         if (sorts)
-            co_sort_rays(batch, COHORT_SORTER_FAST, &bench->scratch, NULL);
+            sort_batch(bench, &records);
         book(bench, &since, parts, PART_SORT);
+        decode_batch(bench, &records, sorts ? bench->order : NULL, batch);
+        book(bench, &since, parts, PART_DECODE);
         Trace trace = {.bench = bench, .contender = &own, .rays = batch, .hits = &bench->hits};
         trace_seconds(&trace);
         book(bench, &since, parts, PART_TRACE);
@@ -404,21 +425,22 @@ static void measure_sorted_total(Bench *bench)
     size_t capacity = (size_t)1 << bench->options->batch_bits;
     const CoRayBatch *rays = &bench->rays.diffuse;
     CoRayBatch batch = {.count = 0};
-    CoRayBins *bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(), NULL, NULL);
+    CoRayBins *bins = pack_rays(bench, NULL); // which makes the files
     if (!bins || !co_ray_batch_reserve(&batch, capacity, NULL))
         return;
     double parts[PART_COUNT] = {0}, scale = 1e9 / (double)rays->count; // of the last round
     bool sorts = bench_scene_tree_bytes(&bench->scene) + bench->scene.mesh_bytes > SORT_PAYS_BYTES;
-    for (int round = -1; round < bench->options->repeats; round++) { // the first one makes files
+    if (bench->options->sort)
+        sorts = strcmp(bench->options->sort, "none") != 0;
+    trace_batches(bench, bins, &batch, sorts, parts);
+    for (int round = 0; round < bench->options->repeats; round++) {
         double start = now(bench), since = start;
-        Pack pack = {co_ray_kernels(bench->isa), rays, bins};
-        co_parallel_for(rays->count, GRAIN, pack_range, &pack);
-        co_ray_bins_flush(bins, NULL);
+        pack_rays(bench, bins);
         memset(parts, 0, sizeof parts);
         book(bench, &since, parts, PART_PACK);
         trace_batches(bench, bins, &batch, sorts, parts);
-        contenders[0].seconds[round < 0 ? 0 : round] = now(bench) - start;
-        for (int c = 1; c < n && round >= 0; c++)
+        contenders[0].seconds[round] = now(bench) - start;
+        for (int c = 1; c < n; c++)
             for (size_t i = 0; i < rays->count; i += capacity) {
                 CoRayBatch part = slice(rays, i, capacity);
                 Trace trace = {bench, &contenders[c], &part, NULL, &bench->hits, NULL};
@@ -426,8 +448,8 @@ static void measure_sorted_total(Bench *bench)
             }
     }
     finish_row(bench, "diffuse", "sorted_total", (double)rays->count, contenders, n);
-    fprintf(stderr, "  ns per ray: %.0f packing, %.0f decoding, %.0f sorting, %.0f traversal\n",
-            scale * parts[PART_PACK], scale * parts[PART_DECODE], scale * parts[PART_SORT],
+    fprintf(stderr, "  ns per ray: %.1f packing, %.1f sorting, %.1f decoding, %.1f traversal\n",
+            scale * parts[PART_PACK], scale * parts[PART_SORT], scale * parts[PART_DECODE],
             scale * parts[PART_TRACE]);
     co_ray_bins_destroy(bins);
     co_ray_batch_clear(&batch);
@@ -541,7 +563,8 @@ static void measure_scene(Bench *bench, const char *name)
                    bench_rays_copy(&bench->rays.diffuse, count, true, &bench->shuffled) &&
                    bench_rays_copy(&bench->rays.light, count, true, &bench->shuffled_light) &&
                    co_hit_batch_reserve(&bench->hits, count > batch ? count : batch, NULL) &&
-                   co_hit_batch_reserve(&bench->checked, count, NULL);
+                   co_hit_batch_reserve(&bench->checked, count, NULL) &&
+                   (bench->order = malloc(batch * sizeof *bench->order)) != NULL;
     fprintf(stderr, "%s: %llu triangles in %llu meshes\n", name,
             (unsigned long long)bench->scene.triangles,
             (unsigned long long)bench->scene.path_count);
@@ -550,6 +573,8 @@ static void measure_scene(Bench *bench, const char *name)
         if (bench_is_listed(o->isas, bench->isa))
             measure_isa(bench);
     }
+    free(bench->order);
+    bench->order = NULL;
     bench_rays_destroy(&bench->rays);
     co_ray_batch_clear(&bench->shuffled);
     co_ray_batch_clear(&bench->shuffled_light);

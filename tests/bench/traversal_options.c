@@ -14,6 +14,7 @@ static const char usage[] =
     "  --batch N       2^N rays to a sorted batch (22)\n"
     "  --count N       2^N rays to the other measurements (21)\n"
     "  --repeats N     median of N (5)\n"
+    "  --sort WHICH    fast, exact or none (as the engine chooses; sorted_batch: fast)\n"
     "  --cpu           processor seconds: for a machine that is not idle\n"
     "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
     "Millions per second (bytes: per triangle); ratios above 1: Cohort is better. closest, "
@@ -57,6 +58,8 @@ static bool read_arguments(int argc, char **argv, BenchOptions *o)
             o->what = value;
         else if (strcmp(key, "--stage") == 0)
             o->stage = value;
+        else if (strcmp(key, "--sort") == 0)
+            o->sort = value;
         else if (strcmp(key, "--batch") == 0)
             o->batch_bits = atoi(value);
         else if (strcmp(key, "--count") == 0)

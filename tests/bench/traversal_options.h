@@ -13,6 +13,7 @@ enum {
 typedef struct BenchOptions {
     const char *scenes, *isas, *threads, *rays, *what;
     const char *stage; // NULL: the shader ball
+    const char *sort;  // NULL: as the engine chooses
     int batch_bits, count_bits, repeats;
     bool json, cpu;
 } BenchOptions;

@@ -1,0 +1,307 @@
+// The fast ray sort: one pass that finds cells and counts rays in them, one that moves an item of
+// eight bytes for each ray to its cell, and then, in cache, the directions within a run. Directions
+// stand in the records as points of a grid: sorting needs no decoding.
+#include "sort/ray_entry.h"
+
+#include "base/parallel.h"
+#include "rays/octahedral.h"
+#include "rays/ray_parts.h"
+#include "sort/hilbert.h"
+#include "sort/radix.h"
+
+#include <math.h>
+
+enum {
+    CELL_RAYS_BITS = 7,     // log2 of the rays of a cell, were they spread evenly
+    CELL_BITS_MAX = 15,     // log2 of how many cells
+    FINE_BITS = 6,          // that a place is known better than by its cell, at least
+    DIRECTION_BITS = 5,     // per axis
+    FACE_BITS = 3,
+    PINHOLE_BITS = 12,      // per axis, where all origins are one point
+    DIGIT_BITS_MAX = 10,    // of the sort within a large cell
+    BLOCKS_MAX = 16,
+    BLOCK_MIN = 16384
+};
+
+// Neighboring cells that hold at most a run of rays, or one cell that holds more.
+typedef struct Segment {
+    size_t begin, end;
+    bool is_large;
+} Segment;
+
+typedef struct Curve {
+    const CoRaySort *sort;
+    uint64_t *items;  // key of the place, key of the direction, index of the record
+    uint64_t *sorted; // by cell
+    uint32_t *counts; // [block][cell]; then where the block's next one goes
+    Segment *segments;
+    size_t segment_count, blocks, block_size;
+    float scale; // origin to the finest cells, 0: one point
+    uint32_t levels, cell_bits, place_bits, direction_bits, index_bits;
+} Curve;
+
+// --- keys ---------------------------------------------------------------------------------------
+
+// Face of the cube around the origin that d meets, then the place on it.
+static uint32_t direction_key(const Curve *curve, const uint32_t *words, uint32_t bits)
+{
+    CoOct code = {(int32_t)(words[3] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX,
+                  (int32_t)(words[4] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX};
+    int32_t v[3];
+    co_oct_unfold(code, CO_DIRECTION_MAX, v);
+    float d[3] = {(float)v[0], (float)v[1], (float)v[2]};
+    uint32_t face = curve->sort->records->bin;
+    if (face == CO_RAY_BIN_MIXED)
+        face = co_ray_bin(co_vec3_load(d));
+    uint32_t major = face / 2, minor = major == 0 ? 1 : 0, other = major == 2 ? 1 : 2;
+    float half = (float)(1u << (bits - 1)), most = (float)((1u << bits) - 1);
+    float scale = half / fabsf(d[major]);
+    uint32_t x = (uint32_t)co_clamp(d[minor] * scale + half, 0.0f, most);
+    uint32_t y = (uint32_t)co_clamp(d[other] * scale + half, 0.0f, most);
+    return face << (2 * bits) | co_hilbert2(x, y, bits);
+}
+
+static uint32_t origin_key(const Curve *curve, CoVec3 o)
+{
+    float most = (float)((1u << curve->levels) - 1);
+    CoVec3 low = curve->sort->low;
+    uint32_t x = (uint32_t)co_clamp((o.x - low.x) * curve->scale, 0.0f, most);
+    uint32_t y = (uint32_t)co_clamp((o.y - low.y) * curve->scale, 0.0f, most);
+    uint32_t z = (uint32_t)co_clamp((o.z - low.z) * curve->scale, 0.0f, most);
+    return co_hilbert3(x, y, z, curve->levels);
+}
+
+// The key of the place of an invalid ray is one more than that of any other's.
+static uint64_t ray_item(const Curve *curve, size_t i)
+{
+    const CoRayRecords *records = curve->sort->records;
+    const uint32_t *words = records->words + i * records->stride;
+    CoVec3 o = co_sort_origin(records, i);
+    uint64_t key = (uint64_t)1 << (curve->place_bits + curve->direction_bits);
+    if (curve->scale > 0.0f && co_is_finite3(o)) {
+        uint32_t mask = (1u << curve->direction_bits) - 1;
+        key = (uint64_t)origin_key(curve, o) << curve->direction_bits |
+              (direction_key(curve, words, DIRECTION_BITS) & mask);
+    } else if (co_is_finite3(o)) {
+        key = direction_key(curve, words, PINHOLE_BITS);
+    }
+    return key << curve->index_bits | i;
+}
+
+// --- cells --------------------------------------------------------------------------------------
+
+static uint32_t cell_shift(const Curve *curve)
+{
+    return curve->index_bits + curve->direction_bits + curve->place_bits - curve->cell_bits;
+}
+
+static size_t cell_count(const Curve *curve) // and one for invalid rays
+{
+    return ((size_t)1 << curve->cell_bits) + 1;
+}
+
+static size_t block_end(const Curve *curve, size_t block)
+{
+    size_t end = (block + 1) * curve->block_size, count = curve->sort->records->count;
+    return end < count ? end : count;
+}
+
+static void count_blocks(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Curve *curve = context;
+    uint32_t shift = cell_shift(curve);
+    (void)worker;
+    for (size_t block = begin; block < end; block++) {
+        uint32_t *counts = curve->counts + block * cell_count(curve);
+        memset(counts, 0, cell_count(curve) * sizeof *counts);
+        for (size_t i = block * curve->block_size; i < block_end(curve, block); i++) {
+            curve->items[i] = ray_item(curve, i);
+            counts[curve->items[i] >> shift]++;
+        }
+    }
+}
+
+static void place_blocks(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Curve *curve = context;
+    uint32_t shift = cell_shift(curve);
+    (void)worker;
+    for (size_t block = begin; block < end; block++) {
+        uint32_t *next = curve->counts + block * cell_count(curve);
+        for (size_t i = block * curve->block_size; i < block_end(curve, block); i++)
+            curve->sorted[next[curve->items[i] >> shift]++] = curve->items[i];
+    }
+}
+
+static void add_segment(Curve *curve, size_t end)
+{
+    Segment *last = &curve->segments[curve->segment_count - 1];
+    if (end <= last->end)
+        return;
+    curve->segments[curve->segment_count++] = (Segment){last->end, end, false};
+}
+
+// From counts to places. Segments end at multiples of 64, so that groups are full: the few rays
+// before go with the next segment, which is a neighbor.
+static void scan_cells(Curve *curve)
+{
+    uint32_t sum = 0, begin = 0; // of the segment
+    curve->segments[0] = (Segment){0, 0, false};
+    curve->segment_count = 1;
+    for (size_t cell = 0; cell < cell_count(curve); cell++) {
+        uint32_t before = sum;
+        for (size_t block = 0; block < curve->blocks; block++) {
+            uint32_t *slot = &curve->counts[block * cell_count(curve) + cell], n = *slot;
+            *slot = sum;
+            sum += n;
+        }
+        if (sum - begin <= CO_SORT_RUN || cell + 1 == cell_count(curve))
+            continue;
+        // This cell does not fit the segment any more.
+        begin = before / CO_SORT_GROUP * CO_SORT_GROUP;
+        add_segment(curve, begin);
+        if (sum - begin > CO_SORT_RUN + CO_SORT_GROUP) {
+            begin = sum / CO_SORT_GROUP * CO_SORT_GROUP;
+            add_segment(curve, begin);
+            curve->segments[curve->segment_count - 1].is_large = true;
+        }
+    }
+    add_segment(curve, curve->sort->valid);
+}
+
+// --- within segments ----------------------------------------------------------------------------
+
+// By what the key of the place says beyond the cell, from the lowest digit up, between the segment's
+// parts of both arrays. Returns the array that has the result.
+static const uint64_t *sort_places(const Curve *curve, const Segment *segment)
+{
+    uint64_t *from = curve->sorted, *to = curve->items;
+    uint32_t shift = curve->index_bits + curve->direction_bits, end = cell_shift(curve);
+    while (shift < end) {
+        uint32_t bits = end - shift < DIGIT_BITS_MAX ? end - shift : DIGIT_BITS_MAX;
+        uint32_t next[1 << DIGIT_BITS_MAX] = {0}, sum = (uint32_t)segment->begin;
+        uint32_t mask = (1u << bits) - 1;
+        for (size_t i = segment->begin; i < segment->end; i++)
+            next[from[i] >> shift & mask]++;
+        for (uint32_t digit = 0; digit <= mask; digit++) {
+            uint32_t n = next[digit];
+            next[digit] = sum;
+            sum += n;
+        }
+        for (size_t i = segment->begin; i < segment->end; i++)
+            to[next[from[i] >> shift & mask]++] = from[i];
+        uint64_t *held = from;
+        from = to;
+        to = held;
+        shift += bits;
+    }
+    return from;
+}
+
+// By direction.
+static void sort_run(const Curve *curve, const uint64_t *items, size_t count, uint32_t *order)
+{
+    uint32_t next[1 << (2 * DIRECTION_BITS + FACE_BITS)], sum = 0;
+    uint32_t mask = (1u << curve->direction_bits) - 1, shift = curve->index_bits;
+    uint64_t index_mask = ((uint64_t)1 << shift) - 1;
+    memset(next, 0, (mask + 1) * sizeof *next);
+    for (size_t i = 0; i < count; i++)
+        next[items[i] >> shift & mask]++;
+    for (uint32_t key = 0; key <= mask; key++) {
+        uint32_t n = next[key];
+        next[key] = sum;
+        sum += n;
+    }
+    for (size_t i = 0; i < count; i++)
+        order[next[items[i] >> shift & mask]++] = (uint32_t)(items[i] & index_mask);
+}
+
+static void finish_segments(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Curve *curve = context;
+    bool has_directions = curve->direction_bits > 0;
+    (void)worker;
+    for (size_t s = begin; s < end; s++) {
+        const Segment *segment = &curve->segments[s];
+        const uint64_t *items = curve->sorted;
+        if (segment->is_large || !has_directions)
+            items = sort_places(curve, segment);
+        size_t most = segment->is_large ? CO_SORT_RUN : CO_SORT_RUN + CO_SORT_GROUP;
+        for (size_t first = segment->begin; first < segment->end; first += most) {
+            size_t left = segment->end - first;
+            sort_run(curve, items + first, left < most ? left : most, curve->sort->order + first);
+        }
+    }
+}
+
+// --- all ----------------------------------------------------------------------------------------
+
+static size_t aligned(size_t bytes)
+{
+    return (bytes + 63) & ~(size_t)63;
+}
+
+static size_t segments_most(size_t count) // of two neighbors, one at least has half a run
+{
+    return 4 * (count / CO_SORT_RUN) + 4;
+}
+
+static uint32_t cell_bits_of(size_t count)
+{
+    uint32_t bits = co_radix_bits((uint32_t)count);
+    bits = bits > CELL_RAYS_BITS ? bits - CELL_RAYS_BITS : 0;
+    return bits < CELL_BITS_MAX ? bits : CELL_BITS_MAX;
+}
+
+static size_t blocks_of(size_t count)
+{
+    size_t blocks = (count + BLOCK_MIN - 1) / BLOCK_MIN, workers = co_worker_count();
+    size_t most = workers == 1 ? 1 : 2 * workers < BLOCKS_MAX ? 2 * workers : BLOCKS_MAX;
+    return blocks < most ? blocks : most;
+}
+
+size_t co_curve_sort_bytes(size_t count)
+{
+    size_t cells = ((size_t)1 << cell_bits_of(count)) + 1;
+    return 2 * aligned(count * sizeof(uint64_t)) +
+           aligned(blocks_of(count) * cells * sizeof(uint32_t)) +
+           aligned(segments_most(count) * sizeof(Segment));
+}
+
+static void choose_keys(Curve *curve)
+{
+    const CoRaySort *sort = curve->sort;
+    bool is_mixed = sort->records->bin == CO_RAY_BIN_MIXED;
+    curve->cell_bits = cell_bits_of(sort->records->count);
+    curve->index_bits = co_radix_bits((uint32_t)sort->records->count);
+    curve->levels = (curve->cell_bits + FINE_BITS + 2) / 3;
+    curve->place_bits = 3 * curve->levels;
+    curve->direction_bits = 2 * DIRECTION_BITS + (is_mixed ? FACE_BITS : 0);
+    curve->scale = sort->extent > 0.0f ? (float)(1u << curve->levels) / sort->extent : 0.0f;
+    if (curve->scale > 0.0f && isfinite(curve->scale))
+        return;
+    curve->scale = 0.0f; // one point, or all within a denormal of each other
+    curve->place_bits = 2 * PINHOLE_BITS + FACE_BITS;
+    curve->direction_bits = 0;
+}
+
+void co_curve_sort_rays(const CoRaySort *sort)
+{
+    size_t count = sort->records->count;
+    Curve curve = {.sort = sort, .blocks = blocks_of(count)};
+    choose_keys(&curve);
+    char *memory = sort->memory;
+    curve.items = (uint64_t *)(void *)memory;
+    curve.sorted = (uint64_t *)(void *)(memory += aligned(count * sizeof(uint64_t)));
+    curve.counts = (uint32_t *)(void *)(memory += aligned(count * sizeof(uint64_t)));
+    memory += aligned(curve.blocks * cell_count(&curve) * sizeof(uint32_t));
+    curve.segments = (Segment *)(void *)memory;
+    curve.block_size = (count + curve.blocks - 1) / curve.blocks;
+    co_parallel_for(curve.blocks, 1, count_blocks, &curve);
+    scan_cells(&curve);
+    co_parallel_for(curve.blocks, 1, place_blocks, &curve);
+    co_parallel_for(curve.segment_count, 1, finish_segments, &curve);
+    uint64_t mask = ((uint64_t)1 << curve.index_bits) - 1;
+    for (size_t i = sort->valid; i < count; i++)
+        sort->order[i] = (uint32_t)(curve.sorted[i] & mask);
+}
