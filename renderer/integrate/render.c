@@ -114,6 +114,7 @@ static bool create_parts(CohortRender *r, CohortError *err)
     const CohortRenderSettings *s = &r->settings;
     r->kernels = co_accel_kernels(s->isa);
     r->codes = co_ray_kernels(s->isa);
+    r->sorter = (CoRaySorter){s->sorter, co_ray_keys(s->isa)};
     CO_CHECK(r->kernels && r->codes, err, COHORT_ERROR_ARGUMENT,
              "this machine has no instruction set \"%s\"; scalar, sse42, avx2, avx512 are known",
              s->isa ? s->isa : "");

@@ -15,7 +15,7 @@
 #include "rays/ray_kernels.h"
 #include "rays/schedule.h"
 #include "sample/sample.h"
-#include "sort/radix.h"
+#include "sort/ray_sort.h"
 
 #include <stdatomic.h>
 
@@ -61,6 +61,7 @@ struct CohortRender {
     CohortRenderSettings settings; // every default filled in
     const CoAccelKernels *kernels;
     const CoRayKernels *codes;
+    CoRaySorter sorter;
     CoFilm *film;
     CoRayBins *bins;
     CoActiveBatch batch;

@@ -70,7 +70,7 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
     CoActiveBatch *b = &render->batch;
     double start = co_clock_seconds();
     if (render->sorts_rays &&
-        !co_sort_rays(&b->records, render->settings.sorter, &b->sort_scratch, b->order, err))
+        !co_sort_rays(&b->records, render->sorter, &b->sort_scratch, b->order, err))
         return false;
     co_ray_batch_begin(&b->rays, b->records.count);
     b->hits.count = b->rays.count;

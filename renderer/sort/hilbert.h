@@ -1,57 +1,85 @@
-// Places on Hilbert curves, as state machines over the bits of a cell (Hamilton, Rau-Chaplin 2008).
-// Neighbors on the curve are neighbors in space, so that a piece of it is compact; a Morton curve
-// jumps.
+// Places on Hilbert curves (Skilling 2004, "Programming the Hilbert curve"), of many cells at once:
+// bit operations without branches, in loops that compilers make vectors of. Neighbors on the curve
+// are neighbors in space, so that a piece of it is compact; a Morton curve jumps.
 
 #ifndef CO_SORT_HILBERT_H
 #define CO_SORT_HILBERT_H
 
 #include <stdint.h>
 
-// An entry is the place of the quadrant (low bits) and the state within it; one bit of x and y at a
-// time, then two, of which the table has what two single steps come to.
-static inline uint32_t co_hilbert2(uint32_t x, uint32_t y, uint32_t bits)
+enum { CO_HILBERT_CELLS = 16 };
+
+// Skilling's step for one bit of one coordinate: where it is set the lower bits of the first
+// coordinate are turned around, else they change places with those of this one.
+static inline void co_hilbert_turn(uint32_t *first, uint32_t *x, uint32_t bit)
 {
-    static const uint8_t steps[4][4] = {
-        {4, 15, 1, 2}, {0, 5, 11, 6}, {10, 9, 7, 12}, {14, 3, 13, 8}};
-    static const uint8_t pairs[4][16] = {
-        {0, 17, 62, 15, 35, 18, 61, 44, 20, 55, 24, 59, 5, 6, 9, 10},
-        {16, 51, 4, 21, 1, 2, 39, 22, 46, 45, 8, 25, 31, 60, 43, 26},
-        {42, 41, 38, 37, 27, 56, 23, 52, 12, 29, 50, 3, 47, 30, 49, 32},
-        {58, 11, 28, 63, 57, 40, 13, 14, 54, 7, 34, 33, 53, 36, 19, 48}};
-    uint32_t key = 0, state = 0;
-    if (bits % 2) {
-        uint32_t step = steps[0][(x >> (bits - 1) & 1) | (y >> (bits - 1) & 1) << 1];
-        key = step & 3;
-        state = step >> 2;
-        bits--;
-    }
-    while (bits > 0) {
-        bits -= 2;
-        uint32_t step = pairs[state][(x >> bits & 3) | (y >> bits & 3) << 2];
-        key = key << 4 | (step & 15);
-        state = step >> 4;
-    }
-    return key;
+    uint32_t lower = (1u << bit) - 1, set = 0u - (*x >> bit & 1u);
+    uint32_t differ = (*first ^ *x) & lower & ~set;
+    *first ^= differ | (lower & set);
+    *x ^= differ;
 }
 
-// An entry is the place of the octant (low 3 bits) and the state within it; bits at most 10.
-static inline uint32_t co_hilbert3(uint32_t x, uint32_t y, uint32_t z, uint32_t bits)
+// Each bit becomes the parity of the bits above it, for numbers below 2^16.
+static inline uint32_t co_hilbert_parity(uint32_t x)
 {
-    static const uint8_t steps[12][8] = {
-        {8, 23, 25, 38, 43, 44, 26, 37},  {24, 51, 63, 52, 1, 2, 70, 69},
-        {76, 39, 75, 80, 5, 6, 66, 65},   {0, 9, 83, 10, 95, 78, 84, 77},
-        {22, 7, 21, 60, 49, 88, 50, 59},  {58, 85, 3, 4, 57, 86, 72, 55},
-        {90, 89, 45, 46, 11, 32, 12, 87}, {36, 13, 71, 14, 35, 74, 40, 73},
-        {62, 81, 15, 16, 61, 82, 92, 91}, {94, 93, 41, 42, 31, 20, 56, 19},
-        {18, 27, 17, 64, 53, 28, 54, 47}, {68, 67, 29, 34, 79, 48, 30, 33}};
-    uint32_t key = 0, state = 0;
-    while (bits-- > 0) {
-        uint32_t octant = (x >> bits & 1) | (y >> bits & 1) << 1 | (z >> bits & 1) << 2;
-        uint32_t step = steps[state][octant];
-        key = key << 3 | (step & 7);
-        state = step >> 3;
+    x ^= x >> 1;
+    x ^= x >> 2;
+    x ^= x >> 4;
+    x ^= x >> 8;
+    return x >> 1;
+}
+
+// Bit i goes to 2 i, for numbers below 2^16.
+static inline uint32_t co_hilbert_spread2(uint32_t x)
+{
+    x = (x | x << 8) & 0x00ff00ffu;
+    x = (x | x << 4) & 0x0f0f0f0fu;
+    x = (x | x << 2) & 0x33333333u;
+    return (x | x << 1) & 0x55555555u;
+}
+
+// Bit i goes to 3 i, for numbers below 2^10.
+static inline uint32_t co_hilbert_spread3(uint32_t x)
+{
+    x = (x | x << 16) & 0x030000ffu;
+    x = (x | x << 8) & 0x0300f00fu;
+    x = (x | x << 4) & 0x030c30c3u;
+    return (x | x << 2) & 0x09249249u;
+}
+
+// x, y: cells, below 2^bits; bits at most 16. They are overwritten.
+static inline void co_hilbert2(uint32_t x[CO_HILBERT_CELLS], uint32_t y[CO_HILBERT_CELLS],
+                               uint32_t bits, uint32_t keys[CO_HILBERT_CELLS])
+{
+    for (uint32_t bit = bits; bit-- > 1;)
+        for (uint32_t i = 0; i < CO_HILBERT_CELLS; i++) {
+            uint32_t lower = (1u << bit) - 1, first = x[i] ^ (lower & (0u - (x[i] >> bit & 1u)));
+            co_hilbert_turn(&first, &y[i], bit);
+            x[i] = first;
+        }
+    for (uint32_t i = 0; i < CO_HILBERT_CELLS; i++) {
+        uint32_t second = y[i] ^ x[i], parity = co_hilbert_parity(second);
+        keys[i] = co_hilbert_spread2(x[i] ^ parity) << 1 | co_hilbert_spread2(second ^ parity);
     }
-    return key;
+}
+
+// x, y, z: cells, below 2^bits; bits at most 10. They are overwritten.
+static inline void co_hilbert3(uint32_t x[CO_HILBERT_CELLS], uint32_t y[CO_HILBERT_CELLS],
+                               uint32_t z[CO_HILBERT_CELLS], uint32_t bits,
+                               uint32_t keys[CO_HILBERT_CELLS])
+{
+    for (uint32_t bit = bits; bit-- > 1;)
+        for (uint32_t i = 0; i < CO_HILBERT_CELLS; i++) {
+            uint32_t lower = (1u << bit) - 1, first = x[i] ^ (lower & (0u - (x[i] >> bit & 1u)));
+            co_hilbert_turn(&first, &y[i], bit);
+            co_hilbert_turn(&first, &z[i], bit);
+            x[i] = first;
+        }
+    for (uint32_t i = 0; i < CO_HILBERT_CELLS; i++) {
+        uint32_t second = y[i] ^ x[i], third = z[i] ^ second, parity = co_hilbert_parity(third);
+        keys[i] = co_hilbert_spread3(x[i] ^ parity) << 2 |
+                  co_hilbert_spread3(second ^ parity) << 1 | co_hilbert_spread3(third ^ parity);
+    }
 }
 
 #endif

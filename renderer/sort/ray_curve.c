@@ -4,23 +4,22 @@
 #include "sort/ray_entry.h"
 
 #include "base/parallel.h"
-#include "rays/octahedral.h"
-#include "rays/ray_parts.h"
-#include "sort/hilbert.h"
 #include "sort/radix.h"
+#include "sort/ray_keys.h"
 
 #include <math.h>
+#include <string.h>
 
 enum {
-    CELL_RAYS_BITS = 7,     // log2 of the rays of a cell, were they spread evenly
-    CELL_BITS_MAX = 15,     // log2 of how many cells
-    FINE_BITS = 6,          // that a place is known better than by its cell, at least
-    DIRECTION_BITS = 5,     // per axis
-    FACE_BITS = 3,
-    PINHOLE_BITS = 12,      // per axis, where all origins are one point
-    DIGIT_BITS_MAX = 10,    // of the sort within a large cell
+    RUN_MOST = 1024,     // rays; 4096 and 8192 traverse slower by 10 and 25%
+    CELL_RAYS_BITS = 5,  // log2 of the rays of a cell, were they spread evenly
+    CELL_BITS_MAX = 15,  // log2 of how many cells
+    FINE_BITS = 6,       // that a place is known better than by its cell, at least
+    DIRECTION_BITS_MAX = 2 * CO_KEY_MIXED_BITS + CO_KEY_FACE_BITS,
+    DIGIT_BITS_MAX = 10, // of the sort within a large cell
     BLOCKS_MAX = 16,
-    BLOCK_MIN = 16384
+    BLOCK_MIN = 16384,
+    COUNT_PART = 1024 // items that are counted while they are in cache
 };
 
 // Neighboring cells that hold at most a run of rays, or one cell that holds more.
@@ -31,68 +30,21 @@ typedef struct Segment {
 
 typedef struct Curve {
     const CoRaySort *sort;
-    uint64_t *items;  // key of the place, key of the direction, index of the record
+    uint64_t *items;
     uint64_t *sorted; // by cell
     uint32_t *counts; // [block][cell]; then where the block's next one goes
     Segment *segments;
     size_t segment_count, blocks, block_size;
-    float scale; // origin to the finest cells, 0: one point
-    uint32_t levels, cell_bits, place_bits, direction_bits, index_bits;
+    CoKeyGrid grid;
+    uint32_t cell_bits; // the upper ones of a place
 } Curve;
-
-// --- keys ---------------------------------------------------------------------------------------
-
-// Face of the cube around the origin that d meets, then the place on it.
-static uint32_t direction_key(const Curve *curve, const uint32_t *words, uint32_t bits)
-{
-    CoOct code = {(int32_t)(words[3] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX,
-                  (int32_t)(words[4] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX};
-    int32_t v[3];
-    co_oct_unfold(code, CO_DIRECTION_MAX, v);
-    float d[3] = {(float)v[0], (float)v[1], (float)v[2]};
-    uint32_t face = curve->sort->records->bin;
-    if (face == CO_RAY_BIN_MIXED)
-        face = co_ray_bin(co_vec3_load(d));
-    uint32_t major = face / 2, minor = major == 0 ? 1 : 0, other = major == 2 ? 1 : 2;
-    float half = (float)(1u << (bits - 1)), most = (float)((1u << bits) - 1);
-    float scale = half / fabsf(d[major]);
-    uint32_t x = (uint32_t)co_clamp(d[minor] * scale + half, 0.0f, most);
-    uint32_t y = (uint32_t)co_clamp(d[other] * scale + half, 0.0f, most);
-    return face << (2 * bits) | co_hilbert2(x, y, bits);
-}
-
-static uint32_t origin_key(const Curve *curve, CoVec3 o)
-{
-    float most = (float)((1u << curve->levels) - 1);
-    CoVec3 low = curve->sort->low;
-    uint32_t x = (uint32_t)co_clamp((o.x - low.x) * curve->scale, 0.0f, most);
-    uint32_t y = (uint32_t)co_clamp((o.y - low.y) * curve->scale, 0.0f, most);
-    uint32_t z = (uint32_t)co_clamp((o.z - low.z) * curve->scale, 0.0f, most);
-    return co_hilbert3(x, y, z, curve->levels);
-}
-
-// The key of the place of an invalid ray is one more than that of any other's.
-static uint64_t ray_item(const Curve *curve, size_t i)
-{
-    const CoRayRecords *records = curve->sort->records;
-    const uint32_t *words = records->words + i * records->stride;
-    CoVec3 o = co_sort_origin(records, i);
-    uint64_t key = (uint64_t)1 << (curve->place_bits + curve->direction_bits);
-    if (curve->scale > 0.0f && co_is_finite3(o)) {
-        uint32_t mask = (1u << curve->direction_bits) - 1;
-        key = (uint64_t)origin_key(curve, o) << curve->direction_bits |
-              (direction_key(curve, words, DIRECTION_BITS) & mask);
-    } else if (co_is_finite3(o)) {
-        key = direction_key(curve, words, PINHOLE_BITS);
-    }
-    return key << curve->index_bits | i;
-}
 
 // --- cells --------------------------------------------------------------------------------------
 
 static uint32_t cell_shift(const Curve *curve)
 {
-    return curve->index_bits + curve->direction_bits + curve->place_bits - curve->cell_bits;
+    const CoKeyGrid *grid = &curve->grid;
+    return grid->index_bits + grid->direction_bits + grid->place_bits - curve->cell_bits;
 }
 
 static size_t cell_count(const Curve *curve) // and one for invalid rays
@@ -114,9 +66,12 @@ static void count_blocks(void *context, size_t begin, size_t end, uint32_t worke
     for (size_t block = begin; block < end; block++) {
         uint32_t *counts = curve->counts + block * cell_count(curve);
         memset(counts, 0, cell_count(curve) * sizeof *counts);
-        for (size_t i = block * curve->block_size; i < block_end(curve, block); i++) {
-            curve->items[i] = ray_item(curve, i);
-            counts[curve->items[i] >> shift]++;
+        size_t last = block_end(curve, block);
+        for (size_t at = block * curve->block_size; at < last; at += COUNT_PART) {
+            size_t stop = last - at < COUNT_PART ? last : at + COUNT_PART;
+            curve->sort->keys(curve->sort->records, &curve->grid, at, stop, curve->items);
+            for (size_t i = at; i < stop; i++)
+                counts[curve->items[i] >> shift]++;
         }
     }
 }
@@ -155,12 +110,12 @@ static void scan_cells(Curve *curve)
             *slot = sum;
             sum += n;
         }
-        if (sum - begin <= CO_SORT_RUN || cell + 1 == cell_count(curve))
+        if (sum - begin <= RUN_MOST || cell + 1 == cell_count(curve))
             continue;
         // This cell does not fit the segment any more.
         begin = before / CO_SORT_GROUP * CO_SORT_GROUP;
         add_segment(curve, begin);
-        if (sum - begin > CO_SORT_RUN + CO_SORT_GROUP) {
+        if (sum - begin > RUN_MOST + CO_SORT_GROUP) {
             begin = sum / CO_SORT_GROUP * CO_SORT_GROUP;
             add_segment(curve, begin);
             curve->segments[curve->segment_count - 1].is_large = true;
@@ -171,13 +126,16 @@ static void scan_cells(Curve *curve)
 
 // --- within segments ----------------------------------------------------------------------------
 
-// By what the key of the place says beyond the cell, from the lowest digit up, between the segment's
-// parts of both arrays. Returns the array that has the result.
+// By all of the key of the place, from the lowest digit up to the last bit that differs, between the
+// segment's parts of both arrays. Returns the array that has the result.
 static const uint64_t *sort_places(const Curve *curve, const Segment *segment)
 {
-    uint64_t *from = curve->sorted, *to = curve->items;
-    uint32_t shift = curve->index_bits + curve->direction_bits, end = cell_shift(curve);
-    while (shift < end) {
+    uint64_t *from = curve->sorted, *to = curve->items, differs = 0;
+    uint32_t shift = curve->grid.index_bits + curve->grid.direction_bits;
+    uint32_t end = shift + curve->grid.place_bits;
+    for (size_t i = segment->begin; i < segment->end; i++)
+        differs |= from[i] ^ from[segment->begin];
+    while (shift < end && differs >> shift != 0) {
         uint32_t bits = end - shift < DIGIT_BITS_MAX ? end - shift : DIGIT_BITS_MAX;
         uint32_t next[1 << DIGIT_BITS_MAX] = {0}, sum = (uint32_t)segment->begin;
         uint32_t mask = (1u << bits) - 1;
@@ -201,8 +159,8 @@ static const uint64_t *sort_places(const Curve *curve, const Segment *segment)
 // By direction.
 static void sort_run(const Curve *curve, const uint64_t *items, size_t count, uint32_t *order)
 {
-    uint32_t next[1 << (2 * DIRECTION_BITS + FACE_BITS)], sum = 0;
-    uint32_t mask = (1u << curve->direction_bits) - 1, shift = curve->index_bits;
+    uint32_t next[1 << DIRECTION_BITS_MAX], sum = 0;
+    uint32_t mask = (1u << curve->grid.direction_bits) - 1, shift = curve->grid.index_bits;
     uint64_t index_mask = ((uint64_t)1 << shift) - 1;
     memset(next, 0, (mask + 1) * sizeof *next);
     for (size_t i = 0; i < count; i++)
@@ -219,14 +177,14 @@ static void sort_run(const Curve *curve, const uint64_t *items, size_t count, ui
 static void finish_segments(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Curve *curve = context;
-    bool has_directions = curve->direction_bits > 0;
+    bool has_directions = curve->grid.direction_bits > 0;
     (void)worker;
     for (size_t s = begin; s < end; s++) {
         const Segment *segment = &curve->segments[s];
         const uint64_t *items = curve->sorted;
         if (segment->is_large || !has_directions)
             items = sort_places(curve, segment);
-        size_t most = segment->is_large ? CO_SORT_RUN : CO_SORT_RUN + CO_SORT_GROUP;
+        size_t most = segment->is_large ? RUN_MOST : RUN_MOST + CO_SORT_GROUP;
         for (size_t first = segment->begin; first < segment->end; first += most) {
             size_t left = segment->end - first;
             sort_run(curve, items + first, left < most ? left : most, curve->sort->order + first);
@@ -243,7 +201,7 @@ static size_t aligned(size_t bytes)
 
 static size_t segments_most(size_t count) // of two neighbors, one at least has half a run
 {
-    return 4 * (count / CO_SORT_RUN) + 4;
+    return 4 * (count / RUN_MOST) + 4;
 }
 
 static uint32_t cell_bits_of(size_t count)
@@ -271,18 +229,22 @@ size_t co_curve_sort_bytes(size_t count)
 static void choose_keys(Curve *curve)
 {
     const CoRaySort *sort = curve->sort;
+    CoKeyGrid *grid = &curve->grid;
     bool is_mixed = sort->records->bin == CO_RAY_BIN_MIXED;
     curve->cell_bits = cell_bits_of(sort->records->count);
-    curve->index_bits = co_radix_bits((uint32_t)sort->records->count);
-    curve->levels = (curve->cell_bits + FINE_BITS + 2) / 3;
-    curve->place_bits = 3 * curve->levels;
-    curve->direction_bits = 2 * DIRECTION_BITS + (is_mixed ? FACE_BITS : 0);
-    curve->scale = sort->extent > 0.0f ? (float)(1u << curve->levels) / sort->extent : 0.0f;
-    if (curve->scale > 0.0f && isfinite(curve->scale))
+    *grid = (CoKeyGrid){.low = sort->low};
+    grid->index_bits = co_radix_bits((uint32_t)sort->records->count);
+    grid->levels = (curve->cell_bits + FINE_BITS + 2) / 3;
+    grid->place_bits = 3 * grid->levels;
+    grid->axis_bits = is_mixed ? CO_KEY_MIXED_BITS : CO_KEY_DIRECTION_BITS;
+    grid->direction_bits = 2 * grid->axis_bits + (is_mixed ? CO_KEY_FACE_BITS : 0);
+    grid->scale = sort->extent > 0.0f ? (float)(1u << grid->levels) / sort->extent : 0.0f;
+    if (grid->scale > 0.0f && isfinite(grid->scale))
         return;
-    curve->scale = 0.0f; // one point, or all within a denormal of each other
-    curve->place_bits = 2 * PINHOLE_BITS + FACE_BITS;
-    curve->direction_bits = 0;
+    grid->scale = 0.0f; // one point, or all within a denormal of each other
+    grid->axis_bits = CO_KEY_PINHOLE_BITS;
+    grid->place_bits = 2 * grid->axis_bits + CO_KEY_FACE_BITS;
+    grid->direction_bits = 0;
 }
 
 void co_curve_sort_rays(const CoRaySort *sort)
@@ -301,7 +263,7 @@ void co_curve_sort_rays(const CoRaySort *sort)
     scan_cells(&curve);
     co_parallel_for(curve.blocks, 1, place_blocks, &curve);
     co_parallel_for(curve.segment_count, 1, finish_segments, &curve);
-    uint64_t mask = ((uint64_t)1 << curve.index_bits) - 1;
+    uint64_t mask = ((uint64_t)1 << curve.grid.index_bits) - 1;
     for (size_t i = sort->valid; i < count; i++)
         sort->order[i] = (uint32_t)(curve.sorted[i] & mask);
 }

@@ -3,10 +3,11 @@
 #ifndef CO_SORT_RAY_ENTRY_H
 #define CO_SORT_RAY_ENTRY_H
 
-#include "rays/ray_bin.h"
+#include "sort/ray_keys.h"
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 enum {
     CO_SORT_RUN = 4096,
@@ -16,11 +17,12 @@ enum {
 // One sort.
 typedef struct CoRaySort {
     const CoRayRecords *records;
-    uint32_t *order; // the result
-    size_t valid;    // rays with finite origins
-    CoVec3 low;      // of the origins that are
-    float extent;    // of their bounds, on the longest axis
-    char *memory;    // 64-byte aligned, as large as the sorter wants
+    CoRayKeysFn *keys; // FAST
+    uint32_t *order;   // the result
+    size_t valid;      // rays with finite origins
+    CoVec3 low;        // of the origins that are
+    float extent;      // of their bounds, on the longest axis
+    char *memory;      // 64-byte aligned, as large as the sorter wants
 } CoRaySort;
 
 // A ray as one struct, so that moving it costs one cache line and not several.

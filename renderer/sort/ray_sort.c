@@ -131,15 +131,15 @@ static void sort_exact(CoRaySort *sort)
     co_parallel_for(count, GRAIN, order_range, sort);
 }
 
-bool co_sort_rays(const CoRayRecords *records, CohortSorter sorter, CoSortScratch *scratch,
+bool co_sort_rays(const CoRayRecords *records, CoRaySorter sorter, CoSortScratch *scratch,
                   uint32_t *order, CohortError *err)
 {
     if (records->count == 0)
         return true;
-    bool is_exact = sorter == COHORT_SORTER_EXACT;
+    bool is_exact = sorter.which == COHORT_SORTER_EXACT;
     size_t bytes =
         is_exact ? records->count * sizeof(CoRayEntry) : co_curve_sort_bytes(records->count);
-    CoRaySort sort = {.records = records, .order = order};
+    CoRaySort sort = {.records = records, .keys = sorter.keys, .order = order};
     sort.memory = co_sort_scratch_reserve(scratch, bytes, err);
     if (!sort.memory)
         return false;

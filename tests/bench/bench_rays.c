@@ -171,8 +171,8 @@ static void bench_stream(Bench *b)
             break;
         for (int s = 0; s < 2; s++) {
             t = co_clock_seconds();
-            if (!co_sort_rays(records, s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, &scratch,
-                              b->order, &err))
+            CoRaySorter sorter = {s ? COHORT_SORTER_FAST : COHORT_SORTER_EXACT, co_ray_keys(NULL)};
+            if (!co_sort_rays(records, sorter, &scratch, b->order, &err))
                 break;
             time_add(&sort[s], t, b->count);
             t = co_clock_seconds();

@@ -310,8 +310,9 @@ static CoRayBins *pack_rays(const Bench *bench, CoRayBins *bins)
 static void sort_batch(Bench *bench, const CoRayRecords *records)
 {
     const char *sort = bench->options->sort;
-    CohortSorter sorter =
-        sort && strcmp(sort, "exact") == 0 ? COHORT_SORTER_EXACT : COHORT_SORTER_FAST;
+    CoRaySorter sorter = {COHORT_SORTER_FAST, co_ray_keys(bench->isa)};
+    if (sort && strcmp(sort, "exact") == 0)
+        sorter.which = COHORT_SORTER_EXACT;
     co_sort_rays(records, sorter, &bench->scratch, bench->order, NULL);
 }
 
