@@ -151,8 +151,7 @@ static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surfa
                   {"clearcoatRoughness", &desc->clearcoat_roughness},
                   {"opacity", &desc->opacity},
                   {"ior", &desc->ior},
-                  {"normal", &desc->normal},
-                  {"displacement", &desc->displacement}}; // last: so is its lookup
+                  {"normal", &desc->normal}};
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
         read_input(net, surface, inputs[i].name, inputs[i].input);
     desc->use_specular_workflow =
@@ -160,6 +159,19 @@ static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surfa
     desc->opacity_threshold = constant_number(net, surface, "opacityThreshold", 0.0f);
     const CohortNodeInput *mode = co_network_input(surface, "opacityMode");
     desc->opacity_presence = mode && mode->string && strcmp(mode->string, "presence") == 0;
+}
+
+// Of the shader that the material's displacement comes from, which need not be its surface.
+static void read_displacement(CoNetwork *net)
+{
+    int32_t terminal = net->source->displacement;
+    if (terminal < 0 || (size_t)terminal >= net->source->node_count)
+        return;
+    const CohortMaterialNode *node = &net->source->nodes[terminal];
+    if (strcmp(node->id, "UsdPreviewSurface") == 0)
+        read_input(net, node, "displacement", &net->desc.displacement);
+    else
+        co_network_report(net, node, "info:id", node->id, "displacement not supported: ignored");
 }
 
 static uint64_t hash_text(const char *text, uint64_t seed)
@@ -205,5 +217,6 @@ bool co_network_translate(CoNetwork *net)
         return false;
     }
     read_preview_surface(net, surface);
+    read_displacement(net); // last, so that its lookup is
     return true;
 }

@@ -60,7 +60,7 @@ bool co_sync_material(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
     index->counts.materials_set++;
     index->needs_commit = true;
     CohortError reason = {0}, memory = {0};
-    CohortMaterialNetwork source = {.surface = -1};
+    CohortMaterialNetwork source = {.surface = -1, .displacement = -1};
     if (!prim->scene->get_material ||
         !prim->scene->get_material(prim->scene->cookie, pull, prim->path, &source, &reason)) {
         set_plain(index, prim, true, is_first);

@@ -192,19 +192,21 @@ static const char *surface_output(const CohortPrim *material)
     return other;
 }
 
-// A UsdPreviewSurface's displacement output says nothing by itself: its input is looked at
-// elsewhere.
-static void report_terminals(const CohortAdapter *a, const CohortPrim *material)
+// The shader that a terminal of a material is connected to, as a node; -1: none.
+static int32_t find_terminal(Network *net, const CohortPrim *material, const char *output)
 {
-    static const char *const names[] = {"outputs:displacement", "outputs:volume"};
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        const char *const *connections;
-        if (cohort_prim_connections(material, names[i], &connections) == 0)
-            continue;
-        Source source = follow(a, (Source){.prim = material, .attribute = names[i]});
-        if (!source.is_output || strcmp(shader_id(a, source.prim), "UsdPreviewSurface") != 0)
-            co_adapter_report(a, material, names[i], connections[0], "not supported: ignored");
-    }
+    const char *const *connections;
+    if (cohort_prim_connections(material, output, &connections) == 0)
+        return -1;
+    Source source = follow(net->adapter, (Source){.prim = material, .attribute = output});
+    return source.is_output ? add_node(net, source.prim) : -1;
+}
+
+static void report_volume(const CohortAdapter *a, const CohortPrim *material)
+{
+    const char *const *connections;
+    if (cohort_prim_connections(material, "outputs:volume", &connections))
+        co_adapter_report(a, material, "outputs:volume", connections[0], "not supported: ignored");
 }
 
 bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMaterialNetwork *out,
@@ -221,13 +223,9 @@ bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMa
                    .err = &own};
     CO_CHECK(net.nodes && net.prims, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     const char *output = surface_output(record->prim);
-    out->surface = -1;
-    if (output) {
-        Source source = follow(a, (Source){.prim = record->prim, .attribute = output});
-        if (source.is_output)
-            out->surface = add_node(&net, source.prim);
-    }
-    report_terminals(a, record->prim);
+    out->surface = output ? find_terminal(&net, record->prim, output) : -1;
+    out->displacement = find_terminal(&net, record->prim, "outputs:displacement");
+    report_volume(a, record->prim);
     out->nodes = net.nodes;
     out->node_count = net.count;
     if (own.code != COHORT_OK && err)

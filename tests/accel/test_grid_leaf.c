@@ -128,13 +128,11 @@ static void flat_and_far_boxes_hold(void **state)
     }
 }
 
-// Points, normals and tree.
-static void faces_and_trees_are_small(void **state)
+// A bumpy plane of 100 x 100 quads, or of twice as many triangles.
+static CohortMeshDesc plane_desc(bool has_triangles)
 {
-    (void)state;
-    const size_t most[] = {30, 20, 14, 10, 10};
     static float points[3 * 101 * 101];
-    static int32_t counts[10000], indices[40000];
+    static int32_t quad_counts[10000], quads[40000], triangle_counts[20000], triangles[60000];
     for (int32_t k = 0; k < 101 * 101; k++) {
         points[3 * k] = (float)(k % 101);
         points[3 * k + 1] = (float)(k / 101);
@@ -143,23 +141,67 @@ static void faces_and_trees_are_small(void **state)
     for (int32_t k = 0; k < 10000; k++) {
         int32_t a = k / 100 * 101 + k % 100;
         const int32_t quad[4] = {a, a + 1, a + 102, a + 101};
-        counts[k] = 4;
-        memcpy(indices + 4 * k, quad, sizeof quad);
+        const int32_t halves[6] = {a, a + 1, a + 102, a, a + 102, a + 101};
+        quad_counts[k] = 4;
+        triangle_counts[2 * k] = triangle_counts[2 * k + 1] = 3;
+        memcpy(quads + 4 * k, quad, sizeof quad);
+        memcpy(triangles + 6 * k, halves, sizeof halves);
+    }
+    CohortMeshDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK};
+    if (has_triangles)
+        SET_TOPOLOGY(desc, points, triangle_counts, triangles);
+    else
+        SET_TOPOLOGY(desc, points, quad_counts, quads);
+    return desc;
+}
+
+// Bytes per triangle of points, normals and tree.
+static double measure(const CohortMeshDesc *desc, const char *name)
+{
+    CoMesh mesh;
+    make_mesh(desc, &mesh);
+    size_t before = co_memory_live(CO_MEMORY_ACCEL);
+    CoBvh *bvh = co_bvh_create(&mesh, NULL);
+    size_t bytes = co_bvh_bytes(bvh);
+    assert_int_equal(bytes, co_memory_live(CO_MEMORY_ACCEL) - before);
+    print_message("%s, level %u: %.2f + %.2f bytes per triangle\n", name, desc->level,
+                  (double)mesh.bytes / mesh.tri_count, (double)bytes / mesh.tri_count);
+    double all = (double)(mesh.bytes + bytes) / mesh.tri_count;
+    co_bvh_destroy(bvh);
+    co_mesh_destroy(&mesh);
+    return all;
+}
+
+static void faces_and_trees_are_small(void **state)
+{
+    (void)state;
+    const double most[] = {30, 20, 14, 10, 10};
+    // A crease along every row: its normals are kept by corner.
+    static int32_t creases[99 * 101], lengths[99];
+    static float sharpnesses[99];
+    for (int32_t k = 0; k < 99 * 101; k++)
+        creases[k] = 101 + k;
+    for (int32_t k = 0; k < 99; k++) {
+        lengths[k] = 101;
+        sharpnesses[k] = 10.0f;
     }
     for (uint32_t level = 0; level < COUNT(most); level++) {
-        CohortMeshDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK, .level = level};
-        SET_TOPOLOGY(desc, points, counts, indices);
-        CoMesh mesh;
-        make_mesh(&desc, &mesh);
-        size_t before = co_memory_live(CO_MEMORY_ACCEL);
-        CoBvh *bvh = co_bvh_create(&mesh, NULL);
-        size_t bytes = co_bvh_bytes(bvh);
-        assert_int_equal(bytes, co_memory_live(CO_MEMORY_ACCEL) - before);
-        print_message("level %u: %.2f + %.2f bytes per triangle\n", level,
-                      (double)mesh.bytes / mesh.tri_count, (double)bytes / mesh.tri_count);
-        assert_true(mesh.bytes + bytes <= most[level] * mesh.tri_count);
-        co_bvh_destroy(bvh);
-        co_mesh_destroy(&mesh);
+        CohortMeshDesc quads = plane_desc(false), bilinear = quads, creased = quads;
+        quads.level = bilinear.level = creased.level = level;
+        bilinear.scheme = COHORT_SCHEME_BILINEAR;
+        creased.crease_indices = creases;
+        creased.crease_index_count = COUNT(creases);
+        creased.crease_lengths = lengths;
+        creased.crease_count = creased.crease_sharpness_count = COUNT(lengths);
+        creased.crease_sharpnesses = sharpnesses;
+        assert_true(measure(&quads, "quads") <= most[level]);
+        assert_true(measure(&bilinear, "bilinear") <= most[level]);
+        measure(&creased, "creased");
+        CohortMeshDesc loop = plane_desc(true), split = loop;
+        loop.level = split.level = level;
+        loop.scheme = COHORT_SCHEME_LOOP;
+        measure(&loop, "Loop");
+        measure(&split, "triangles");
     }
 }
 

@@ -154,6 +154,7 @@ static const char network[] =
     "def Material \"M\" {\n float inputs:rough = 0.7\n asset inputs:map = @tex.png@ (colorSpace = "
     "\"lin_ap1_scene\")\n"
     "token outputs:surface.connect = </M/G.outputs:out>\n"
+    "token outputs:displacement.connect = </M/G/S.outputs:displacement>\n"
     "def NodeGraph \"G\" { token outputs:out.connect = </M/G/S.outputs:surface>\n"
     "float inputs:r.connect = </M.inputs:rough>\n"
     "def Shader \"S\" { uniform token info:id = \"UsdPreviewSurface\"\n"
@@ -209,6 +210,35 @@ static void test_network(void **state)
     assert_true(stage_fixture_reports(&f, "/M/G/X", "ND_noise3d_float"));
     assert_true(m->displacement.kind == COHORT_INPUT_CONSTANT && m->displacement.value[0] == 1.0f);
     assert_false(stage_fixture_reports(&f, "/M/G/S", "inputs:displacement"));
+}
+
+// A displacement input counts where the material's displacement comes from, as with Hydra's
+// terminals.
+static void test_displacement_is_what_is_connected(void **state)
+{
+    (void)state;
+    open_with("def Material \"A\" { token outputs:surface.connect = </A/S.outputs:surface>\n"
+              "def Shader \"S\" { uniform token info:id = \"UsdPreviewSurface\"\n"
+              "float inputs:displacement = 1\n token outputs:surface } }\n"
+              "def Material \"B\" { token outputs:surface.connect = </A/S.outputs:surface>\n"
+              "token outputs:displacement.connect = </B/D.outputs:displacement>\n"
+              "def Shader \"D\" { uniform token info:id = \"UsdPreviewSurface\"\n"
+              "float inputs:displacement = 2\n token outputs:displacement } }\n"
+              "def Material \"C\" { token outputs:surface.connect = </A/S.outputs:surface>\n"
+              "token outputs:displacement.connect = </C/D.outputs:out>\n"
+              "def Shader \"D\" { uniform token info:id = \"PxrDisplace\"\n"
+              "float inputs:displacement = 3 } }\n"
+              "def Material \"D\" { token outputs:surface.connect = </A/S.outputs:surface>\n"
+              "token outputs:volume.connect = </C/D.outputs:out> }\n" TRIANGLE(
+                  "MA", "rel material:binding = </A>") TRIANGLE("MB", "rel material:binding = </B>")
+                  TRIANGLE("MC", "rel material:binding = </C>")
+                      TRIANGLE("MD", "rel material:binding = </D>"),
+              NULL);
+    for (int k = 0; k < 4; k++)
+        assert_true(fake.materials[k].displacement.value[0] == (k == 1 ? 2.0f : 0.0f));
+    assert_true(stage_fixture_reports(&f, "/C/D", "info:id"));
+    assert_true(stage_fixture_reports(&f, "/D", "outputs:volume"));
+    assert_false(stage_fixture_reports(&f, "/A/S", "inputs:displacement"));
 }
 
 static void test_ptex_and_foreign_surfaces(void **state)
@@ -454,6 +484,7 @@ int main(void)
         cmocka_unit_test_teardown(test_collections_of_collections, teardown),
         cmocka_unit_test_teardown(test_subsets, teardown),
         cmocka_unit_test_teardown(test_network, teardown),
+        cmocka_unit_test_teardown(test_displacement_is_what_is_connected, teardown),
         cmocka_unit_test_teardown(test_ptex_and_foreign_surfaces, teardown),
         cmocka_unit_test_teardown(test_lights, teardown),
         cmocka_unit_test_teardown(test_lights_of_point_instancers_are_named, teardown),

@@ -163,7 +163,7 @@ static void test_rebinding_builds_nothing(void **state)
 {
     (void)state;
     static const CohortMaterialNode surface = {.path = "/one/S", .id = "UsdPreviewSurface"};
-    static const CohortMaterialNetwork network = {&surface, 1, 0};
+    static const CohortMaterialNetwork network = {&surface, 1, 0, -1};
     host.network = &network;
     host.material = "/one";
     insert(COHORT_PRIM_MATERIAL, "/one", NULL, 0);

@@ -7,13 +7,16 @@
 #include <stdio.h>
 #include <unistd.h>
 
+#define HEIGHTS COHORT_TEST_DATA_DIR "/../../examples/stages/textures/heights.png"
+
 enum {
-    SIZE = 16
+    SIZE = 16,
+    CUBE = 1
 };
 
 // A cube whose every face has the whole texture.
 static uint32_t make_cube(CohortScene *scene, CohortScheme scheme, uint32_t level,
-                          uint32_t material, CohortError *err)
+                          const uint8_t *edge_levels, uint32_t material, CohortError *err)
 {
     static const float st[] = {0, 0, 1, 0, 1, 1, 0, 1};
     static const int32_t counts[] = {4, 4, 4, 4, 4, 4};
@@ -24,6 +27,7 @@ static uint32_t make_cube(CohortScene *scene, CohortScheme scheme, uint32_t leve
     CohortMeshDesc desc = {.path = "/cube",
                            .scheme = scheme,
                            .level = level,
+                           .edge_levels = edge_levels,
                            .points = test_box_points,
                            .point_count = 8,
                            .face_vertex_counts = counts,
@@ -64,6 +68,17 @@ static uint32_t make_material(CohortScene *scene, const char *path, bool is_ptex
     uint32_t id = cohort_scene_new_material(scene, err);
     TEST_OK(cohort_scene_set_material(scene, id, &desc, err), err);
     return id;
+}
+
+// A scene of one cube, displaced by a texture: object 1, material 0.
+static CohortScene *make_scene(CohortScheme scheme, uint32_t level, const uint8_t *edge_levels,
+                               const char *path, float scale, CohortError *err)
+{
+    CohortScene *scene = test_scene(err);
+    bool is_ptex = strstr(path, ".ptx") != NULL;
+    uint32_t material = make_material(scene, path, is_ptex, scale, err);
+    assert_int_equal(make_cube(scene, scheme, level, edge_levels, material, err), CUBE);
+    return scene;
 }
 
 static CohortSceneCounts commit(CohortScene *scene, CohortError *err)
@@ -107,11 +122,7 @@ static void image_seams_leak_nothing(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
-    uint32_t material =
-        make_material(scene, COHORT_TEST_DATA_DIR "/../../examples/stages/textures/heights.png",
-                      false, 0.4f, &err);
-    make_cube(scene, COHORT_SCHEME_CATMULL_CLARK, 5, material, &err);
+    CohortScene *scene = make_scene(COHORT_SCHEME_CATMULL_CLARK, 5, NULL, HEIGHTS, 0.4f, &err);
     CohortSceneCounts counts = commit(scene, &err);
     assert_int_equal(counts.displaced_meshes, 1);
     assert_true(counts.displaced_points > 6000);
@@ -125,6 +136,21 @@ static void image_seams_leak_nothing(void **state)
     double again[6];
     assert_true(cohort_scene_bounds(scene, again));
     assert_memory_equal(box, again, sizeof box);
+    cohort_scene_destroy(scene);
+}
+
+// Edges of all levels up to 5, and those that two faces disagree about.
+static void coarse_edges_leak_nothing(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    uint8_t levels[24];
+    for (uint8_t k = 0; k < 24; k++)
+        levels[k] = (uint8_t)(k * 7 % 23 % 6);
+    CohortScene *scene = make_scene(COHORT_SCHEME_CATMULL_CLARK, 0, levels, HEIGHTS, 0.4f, &err);
+    CohortSceneCounts counts = commit(scene, &err);
+    assert_in_range(counts.displaced_points, 1000, 6000);
+    check_furnace(scene, 0.85, &err);
     cohort_scene_destroy(scene);
 }
 
@@ -148,12 +174,10 @@ static void ptex_borders_leak_nothing(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
     char path[64];
     snprintf(path, sizeof path, "/tmp/test_displaced_%d.ptx", (int)getpid());
     write_heights(path, &err);
-    make_cube(scene, COHORT_SCHEME_CATMULL_CLARK, 4, make_material(scene, path, true, 1.0f, &err),
-              &err);
+    CohortScene *scene = make_scene(COHORT_SCHEME_CATMULL_CLARK, 4, NULL, path, 1.0f, &err);
     CohortSceneCounts counts = commit(scene, &err);
     assert_int_equal(remove(path), 0);
     assert_true(counts.displaced_points > 1500);
@@ -166,11 +190,7 @@ static void facets_are_a_furnace(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
-    uint32_t material =
-        make_material(scene, COHORT_TEST_DATA_DIR "/../../examples/stages/textures/heights.png",
-                      false, 0.4f, &err);
-    make_cube(scene, COHORT_SCHEME_NONE, 0, material, &err);
+    CohortScene *scene = make_scene(COHORT_SCHEME_NONE, 0, NULL, HEIGHTS, 0.4f, &err);
     CohortSceneCounts counts = commit(scene, &err);
     assert_int_equal(counts.displaced_points, 8);
     check_furnace(scene, 0.997, &err);
@@ -182,12 +202,10 @@ static void faces_a_file_lacks_stay(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
     char path[64];
     snprintf(path, sizeof path, "/tmp/test_displaced_few_%d.ptx", (int)getpid());
     write_heights(path, &err);
-    uint32_t material = make_material(scene, path, true, 1.0f, &err);
-    uint32_t cube = make_cube(scene, COHORT_SCHEME_CATMULL_CLARK, 2, material, &err);
+    CohortScene *scene = make_scene(COHORT_SCHEME_CATMULL_CLARK, 2, NULL, path, 1.0f, &err);
     int32_t counts[12], indices[48];
     float points[48];
     for (int k = 0; k < 48; k++) {
@@ -202,9 +220,8 @@ static void faces_a_file_lacks_stay(void **state)
                            .face_vertex_counts = counts,
                            .face_count = 12,
                            .face_vertex_indices = indices,
-                           .face_vertex_index_count = 48,
-                           .material = material};
-    TEST_OK(cohort_scene_set_mesh(scene, cube, &desc, &err), &err);
+                           .face_vertex_index_count = 48};
+    TEST_OK(cohort_scene_set_mesh(scene, CUBE, &desc, &err), &err);
     CohortSceneCounts counted = commit(scene, &err);
     assert_int_equal(remove(path), 0);
     assert_int_equal(counted.displaced_points, 98); // of one cube at level 2
@@ -222,9 +239,8 @@ static void missing_ptex_is_no_height(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
-    make_cube(scene, COHORT_SCHEME_CATMULL_CLARK, 3,
-              make_material(scene, "/nowhere.ptx", true, 1.0f, &err), &err);
+    CohortScene *scene =
+        make_scene(COHORT_SCHEME_CATMULL_CLARK, 3, NULL, "/nowhere.ptx", 1.0f, &err);
     CohortSceneCounts counts = commit(scene, &err);
     assert_int_equal(counts.displaced_points, 0);
     cohort_scene_destroy(scene);
@@ -233,9 +249,9 @@ static void missing_ptex_is_no_height(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(image_seams_leak_nothing),  cmocka_unit_test(ptex_borders_leak_nothing),
-        cmocka_unit_test(facets_are_a_furnace),      cmocka_unit_test(faces_a_file_lacks_stay),
-        cmocka_unit_test(missing_ptex_is_no_height),
+        cmocka_unit_test(coarse_edges_leak_nothing), cmocka_unit_test(image_seams_leak_nothing),
+        cmocka_unit_test(ptex_borders_leak_nothing), cmocka_unit_test(facets_are_a_furnace),
+        cmocka_unit_test(faces_a_file_lacks_stay),   cmocka_unit_test(missing_ptex_is_no_height),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

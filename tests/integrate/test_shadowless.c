@@ -1,39 +1,21 @@
 // Lights without shadows, and domes that the camera does not see.
 
-#include "support/scenes.h"
+#include "shed.h"
 
-// A white floor under a black roof, seen from between them; the light, if any, is above the roof.
+// Seen from between floor and roof; the light, if any, is above the roof.
 static CohortScene *shed(bool has_roof, const CohortLightDesc *light)
 {
-    static const float floor_points[] = {-9, -9, -2, 9, -9, -2, 9, 9, -2, -9, 9, -2};
-    static const float roof_points[] = {-9, -9, 1, 9, -9, 1, 9, 9, 1, -9, 9, 1};
-    static const int32_t indices[] = {0, 1, 2, 3};
-    static const float white[3] = {0.8f, 0.8f, 0.8f}, black[3] = {0, 0, 0};
     CohortError err = {0};
-    CohortScene *scene = test_scene(&err);
-    CohortInstanceDesc places[2] = {
-        test_place(test_quads(scene, floor_points, 4, indices, 1, white, COHORT_INVALID_ID, &err),
-                   0, 0, 0, 1),
-        test_place(test_quads(scene, roof_points, 4, indices, 1, black, COHORT_INVALID_ID, &err), 0,
-                   0, 0, 1)};
-    TEST_OK(cohort_scene_set_group(scene, 0, places, has_roof ? 2 : 1, &err), &err);
-    TEST_OK(cohort_scene_set_light(scene, cohort_scene_new_light(scene, &err), light, &err), &err);
-    test_camera(scene, 0, 0, 0, 0.5, &err);
-    TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+    CohortScene *scene = shed_create(has_roof, 0, light, &err);
+    shed_commit(scene, 0.0, &err);
     return scene;
 }
 
-enum { SIDE = 8, VALUES = SIDE * SIDE * 4 };
-
-static void render_shed(bool has_roof, const CohortLightDesc *light, float out[VALUES])
+static void render_shed(bool has_roof, const CohortLightDesc *light, float out[SHED_VALUES])
 {
     CohortError err = {0};
-    CohortScene *scene = shed(has_roof, light);
-    CohortRenderSettings settings = {.width = SIDE, .height = SIDE, .spp = 16, .max_depth = 3};
-    float *pixels = test_render(scene, &settings, NULL, &err);
-    memcpy(out, pixels, VALUES * sizeof *out);
-    free(pixels);
-    cohort_scene_destroy(scene);
+    CohortRenderSettings settings = {.spp = 16, .max_depth = 3};
+    shed_render(shed(has_roof, light), &settings, out, &err);
 }
 
 // The roof reflects nothing, so without shadows it is as if it were not there, bit for bit: both
@@ -49,7 +31,7 @@ static void light_without_shadows_goes_through(void **state)
         light.width = light.height = 4.0f;
         test_identity(light.transform);
         light.transform[3][2] = 3.0;
-        float open[VALUES], shaded[VALUES], through[VALUES];
+        float open[SHED_VALUES], shaded[SHED_VALUES], through[SHED_VALUES];
         render_shed(false, &light, open);
         render_shed(true, &light, shaded);
         light.no_shadow = true;
@@ -76,15 +58,14 @@ static void cutouts_do_not_collect_twice(void **state)
         glass.opacity_threshold = 0.5f;
         uint32_t id = cohort_scene_new_material(scene, &err);
         TEST_OK(cohort_scene_set_material(scene, id, &glass, &err), &err);
-        TEST_OK(cohort_scene_set_mesh_materials(scene, 2, id, NULL, 0, &err), &err);
+        TEST_OK(cohort_scene_set_mesh_materials(scene, SHED_ROOF, id, NULL, 0, &err), &err);
         TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-        CohortRenderSettings settings = {.width = SIDE, .height = SIDE, .spp = 64, .max_depth = 2};
-        float *pixels = test_render(scene, &settings, NULL, &err);
+        CohortRenderSettings settings = {.spp = 64, .max_depth = 2};
+        float pixels[SHED_VALUES];
+        shed_render(scene, &settings, pixels, &err);
         means[pass] = 0.0f;
-        for (int i = 0; i < SIDE * SIDE; i++)
-            means[pass] += pixels[4 * i] / (SIDE * SIDE);
-        free(pixels);
-        cohort_scene_destroy(scene);
+        for (int i = 0; i < SHED_VALUES; i += 4)
+            means[pass] += pixels[i] / (SHED_SIDE * SHED_SIDE);
     }
     assert_true(means[0] > 0.5f);
     assert_float_equal(means[0], means[1], 0.01);
@@ -98,11 +79,12 @@ static void hidden_domes_light_and_are_not_seen(void **state)
     CohortScene *scene = shed(false, &dome);
     test_camera(scene, 0, 0, 0, 20.0, &err); // sees past the floor
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIDE, .height = SIDE, .spp = 4, .max_depth = 2};
+    CohortRenderSettings settings = {
+        .width = SHED_SIDE, .height = SHED_SIDE, .spp = 4, .max_depth = 2};
     float *seen = test_render(scene, &settings, NULL, &err);
     settings.hide_domes = true;
     float *hidden = test_render(scene, &settings, NULL, &err);
-    const int middle = 4 * (SIDE / 2 * SIDE + SIDE / 2);
+    const int middle = 4 * (SHED_SIDE / 2 * SHED_SIDE + SHED_SIDE / 2);
     assert_true(seen[0] == 1.0f && seen[3] == 1.0f);
     assert_true(hidden[0] == 0.0f && hidden[3] == 0.0f);
     assert_true(hidden[middle] > 0.1f);

@@ -239,6 +239,7 @@ typedef struct CohortMaterialNetwork {
     const CohortMaterialNode *nodes;
     size_t node_count;
     int32_t surface; // node of the surface terminal, -1 = none: Lambertian with displayColor
+    int32_t displacement; // of the displacement terminal, -1 = none: nothing is displaced
 } CohortMaterialNetwork;
 
 // What the index pulls from a host. Every function gets `cookie`; a NULL function means the
