@@ -194,7 +194,7 @@ static bool make_room(Build *build, size_t count)
     CO_CHECK(out->tree.node_count < CO_REF_NONE, build->err, COHORT_ERROR_LIMIT,
              "a tree of more than 2^31 - 2 nodes; split the mesh");
     CO_CHECK(out->leaf_bytes / CO_LEAF_UNIT <= CO_REF_LEAF_PLACE, build->err, COHORT_ERROR_LIMIT,
-             "a mesh whose leaves take more than 4 GiB; split the mesh");
+             "a mesh whose leaves take more than 2 GiB; split the mesh");
     void *nodes = out->tree.nodes, *leaves = out->leaves;
     bool is_done =
         resize(&nodes, &out->tree.node_capacity, out->tree.node_count, sizeof *out->tree.nodes);

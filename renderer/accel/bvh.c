@@ -10,36 +10,48 @@
 
 // A leaf of one triangle; those of more take less for each.
 enum {
-    LEAF_PRIM_BYTES = 48
+    LEAF_PRIM_BYTES = 64
 };
 
 // The triangles of a leaf and the distinct points they share.
 typedef struct Corners {
-    uint32_t points[CO_LEAF_WIDTH];
+    uint32_t points[CO_LEAF_POINTS];
     uint8_t corner[3][CO_LEAF_WIDTH]; // into points
-    size_t point_count;
+    uint32_t point_count;
 } Corners;
 
 // False when there are more points than a leaf holds.
 static bool share_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count, Corners *out)
 {
-    Co8 points = co8_set1(UINT32_MAX); // no point has this index
+    Co8 points[2] = {co8_set1(UINT32_MAX), co8_set1(UINT32_MAX)}; // no point has this index
     uint32_t point_count = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, prims[i].id, tri);
         for (size_t c = 0; c < 3; c++) {
-            uint32_t same = co8_equal(&points, tri[c]);
-            if (!same && point_count == CO_LEAF_WIDTH)
+            uint32_t same = co8_equal(&points[0], tri[c]) | co8_equal(&points[1], tri[c]) << 8;
+            if (!same && point_count == CO_LEAF_POINTS)
                 return false;
             if (!same)
-                co8_put(&points, point_count, tri[c]);
+                co8_put(&points[point_count / 8], point_count % 8, tri[c]);
             out->corner[c][i] = (uint8_t)(same ? (uint32_t)__builtin_ctz(same) : point_count++);
         }
     }
-    co8_store(out->points, &points);
+    co8_store(out->points, &points[0]);
+    co8_store(out->points + 8, &points[1]);
     out->point_count = point_count;
     return true;
+}
+
+static uint32_t least_id(const CoBuildPrim *prims, size_t count, bool *is_near)
+{
+    uint32_t least = prims[0].id, most = least;
+    for (size_t i = 1; i < count; i++) {
+        least = prims[i].id < least ? prims[i].id : least;
+        most = prims[i].id > most ? prims[i].id : most;
+    }
+    *is_near = most - least <= UINT16_MAX;
+    return least;
 }
 
 // Asks for the points too, which are wanted when the leaf is written.
@@ -47,12 +59,44 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
 {
     const CoMesh *mesh = context;
     Corners corners;
+    bool is_near;
     if (!share_points(mesh, prims, count, &corners))
         return false;
     for (size_t j = 0; j < corners.point_count; j++)
         __builtin_prefetch(mesh->points + 3 * (size_t)corners.points[j]);
-    *bytes = co_leaf_size(count, corners.point_count);
+    least_id(prims, count, &is_near);
+    *bytes = co_leaf_size((uint32_t)count, corners.point_count, is_near);
     return true;
+}
+
+// Corner 0 of triangle 0, which is the first point that was found, is put last.
+static void pack_corners(const Corners *corners, uint32_t count, uint32_t *words)
+{
+    const uint32_t row = (count + 7) / 8, points = corners->point_count;
+    memset(words, 0, 3 * sizeof *words * row);
+    for (uint32_t c = 0; c < 3; c++) {
+        for (uint32_t i = 0; i < count; i++) {
+            uint32_t place = corners->corner[c][i];
+            place = place ? place - 1 : points - 1;
+            words[c * row + i / 8] |= place << 4 * (i & 7);
+        }
+    }
+}
+
+static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
+{
+    memcpy(out, bytes, count);
+    return out + count;
+}
+
+static unsigned char *put_tris(unsigned char *out, const CoBuildPrim *prims, size_t count,
+                               uint32_t first, bool is_near)
+{
+    for (size_t i = is_near ? 0 : 1; i < count; i++) {
+        uint16_t above = (uint16_t)(prims[i].id - first);
+        out = is_near ? put(out, &above, sizeof above) : put(out, &prims[i].id, sizeof prims[i].id);
+    }
+    return out;
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
@@ -60,20 +104,21 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 {
     const CoMesh *mesh = context;
     Corners corners;
+    bool is_near;
+    uint32_t n = (uint32_t)count, words[3 * CO_LEAF_WIDTH / 8];
     share_points(mesh, prims, count, &corners);
-    *bytes = co_leaf_size(count, corners.point_count);
-    memset(out, 0, *bytes);
-    out[0] = (unsigned char)corners.point_count;
-    for (size_t c = 0; c < 3; c++)
-        memcpy(out + 1 + c * count, corners.corner[c], count);
-    out += co_leaf_tri_offset(count);
-    for (size_t i = 0; i < count; i++, out += sizeof(uint32_t))
-        memcpy(out, &prims[i].id, sizeof(uint32_t));
-    for (size_t j = 0; j < corners.point_count; j++, out += sizeof(float))
-        for (size_t k = 0; k < 3; k++)
-            memcpy(out + k * corners.point_count * sizeof(float),
-                   &mesh->points[3 * (size_t)corners.points[j] + k], sizeof(float));
-    return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
+    pack_corners(&corners, n, words);
+    uint32_t least = least_id(prims, count, &is_near), points = corners.point_count;
+    uint32_t first = is_near ? least | CO_LEAF_NEAR : prims[0].id;
+    *bytes = co_leaf_size(n, points, is_near);
+    memset(out + *bytes - CO_LEAF_UNIT, 0, CO_LEAF_UNIT);
+    out = put(out, words, 3 * sizeof *words * ((n + 7) / 8));
+    out = put(out, &first, sizeof first);
+    for (size_t k = 0; k < 3; k++)
+        for (uint32_t j = 1; j <= points; j++) // the first last
+            out = put(out, &mesh->points[3 * (size_t)corners.points[j % points] + k], sizeof(float));
+    put_tris(out, prims, count, least, is_near);
+    return CO_REF_LEAF | (n - 1) << CO_REF_COUNT_SHIFT;
 }
 
 static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
@@ -119,6 +164,7 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
 static void take_parts(CoBvh *bvh, const CoMesh *mesh, const CoTreeParts *parts)
 {
     bvh->tree = parts->tree;
+    bvh->points = mesh->points;
     bvh->leaves = parts->leaves;
     bvh->leaf_bytes = parts->leaf_bytes;
     bvh->leaf_capacity = parts->leaf_capacity;

@@ -206,7 +206,6 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
 {
     bvh->patches = mesh->patches;
-    bvh->points = mesh->points;
     if (mesh->patches->level == 1) {
         bvh->leaf_at = (const void *)mesh->patches->words;
         bvh->leaf_stride = mesh->patches->stride * sizeof *mesh->patches->words;

@@ -2,11 +2,11 @@
 //
 // Triangles are tested by blocks of 2 x 2 squares: 9 points, 8 triangles. What a leaf is depends on
 // the level of the mesh:
-//   0    up to 4 patches (quads, single triangles): their numbers; bits 28.. of the reference:
+//   0    up to 4 patches (quads, single triangles): their numbers; bits 27.. of the reference:
 //        count - 1
 //   1    one patch, which is one block; the reference is its number, there is nothing else
 //   2..  a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4 or 16 blocks;
-//        bits 28..: 0, 1 or 2, half the log2 of that
+//        bits 27..: 0, 1 or 2, half the log2 of that
 // Of triangular patches, tiles and blocks on the diagonal are halves, and those beyond it empty.
 // Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none of this.
 
@@ -19,7 +19,7 @@ enum {
     CO_LIST_PATCHES = 4,
     CO_TILE_SQUARES = 8, // a side
     CO_TILE_BLOCKS = 16,
-    CO_GRID_SLOTS = 3 * CO_LEAF_WIDTH // places of points that are gathered
+    CO_GRID_TRIS = 8 // of a block
 };
 
 typedef struct CoGridLeaf {
@@ -42,7 +42,7 @@ static inline float co_grid_step(uint8_t exponent)
 }
 
 // A tree of patches is built over patches, above level 3 over tiles of them: their number (below
-// 2^28 for any mesh that fits in memory) and boxes, and what leaves look like.
+// 2^27 for any mesh that fits in memory) and boxes, and what leaves look like.
 uint32_t co_grid_count(const CoMesh *mesh);
 CoBox co_grid_box(const CoMesh *mesh, uint32_t id);
 CoLeafRule co_grid_rule(const CoMesh *mesh);

@@ -97,19 +97,18 @@ typedef struct LeafRefit {
 static CoBox refit_triangles(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 {
     unsigned char *bytes = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
-    uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-    const CoTriLeaf leaf = co_leaf_open(bytes, count);
+    const CoTriLeaf leaf = co_leaf_open(bytes, co_leaf_count(ref));
     unsigned char *points = bytes + ((const unsigned char *)leaf.points[0] - bytes);
     CoBox box;
     co_box_empty(&box);
-    for (uint32_t j = 0; j < count; j++) {
+    for (uint32_t j = 0; j < co_leaf_count(ref); j++) {
         uint32_t tri[3];
-        co_mesh_triangle(mesh, leaf.tri[j], tri);
-        for (size_t c = 0; c < 3; c++) {
+        co_mesh_triangle(mesh, co_leaf_tri(&leaf, j), tri);
+        for (uint32_t c = 0; c < 3; c++) {
             const float *p = mesh->points + 3 * (size_t)tri[c];
+            unsigned char *at = points + sizeof(float) * co_leaf_corner(&leaf, c, j);
             for (size_t k = 0; k < 3; k++)
-                memcpy(points + sizeof(float) * (k * bytes[0] + leaf.corner[c][j]), &p[k],
-                       sizeof(float));
+                memcpy(at + sizeof(float) * k * leaf.point_count, &p[k], sizeof(float));
             co_box_extend(&box, p, p);
         }
     }
@@ -139,6 +138,7 @@ bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh)
     double cost = built_cost(&bvh->tree);
     LeafRefit refit = {bvh, mesh};
     co_parallel_for(bvh->tree.node_count, LEAF_GRAIN, refit_leaves, &refit);
+    bvh->points = mesh->points;
     if (mesh->patches)
         co_grid_attach(bvh, mesh);
     return refit_tree(&bvh->tree, cost);

@@ -61,11 +61,6 @@ static inline CoLane co_lane_copysign(CoLane a, CoLane b)
     __m256 sign = _mm256_set1_ps(-0.0f);
     return _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b));
 }
-static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
-{
-    __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)index);
-    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), _mm256_cvtepu8_epi32(bytes));
-}
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);

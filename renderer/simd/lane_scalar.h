@@ -96,10 +96,10 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
 {
     return bits & 1u;
 }
-// table[index[lane] & 7] for a table of 8.
-static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
+// Of a table of 16, places given by 4 bits a lane, from the lowest on.
+static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
 {
-    return table[*index & 7];
+    return table[places & 15];
 }
 // Bytes as numbers.
 static inline CoLane co_lane_load_bytes(const uint8_t *p)

@@ -95,10 +95,11 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
     return _mm_castsi128_ps(
         _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), place), place));
 }
-static inline CoLane co_lane_lookup8(const float *table, const uint8_t *index)
+static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
 {
-    return _mm_setr_ps(table[index[0] & 7], table[index[1] & 7], table[index[2] & 7],
-                       table[index[3] & 7]);
+    const float *at = (const float *)table;
+    return _mm_setr_ps(at[places & 15], at[places >> 4 & 15], at[places >> 8 & 15],
+                       at[places >> 12 & 15]);
 }
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {

@@ -87,7 +87,7 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
         int depth = 0;
         if (ref & CO_REF_LEAF) {
             uint32_t words[8];
-            memcpy(words, check->parts->leaves + 16 * (size_t)(ref & CO_REF_LEAF_PLACE), 32);
+            memcpy(words, check->parts->leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE), 32);
             assert_int_equal(words[0], (ref >> CO_REF_COUNT_SHIFT & 7u) + 1);
             for (uint32_t j = 1; j <= words[0]; j++) {
                 const CoBuildPrim *prim = &check->by_id[words[j]];

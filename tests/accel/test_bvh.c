@@ -13,16 +13,18 @@ static void check_leaves(const CoBvh *bvh, const CoMesh *mesh)
             uint32_t ref = bvh->tree.nodes[n].child[i];
             if (!(ref & CO_REF_LEAF))
                 continue;
-            uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-            const CoTriLeaf opened =
-                co_leaf_open(bvh->leaves + 16 * (size_t)(ref & CO_REF_LEAF_PLACE), count);
-            const CoTriLeaf *leaf = &opened;
+            uint32_t count = co_leaf_count(ref);
+            const CoTriLeaf leaf = co_leaf_open(
+                bvh->leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE), count);
+            assert_in_range(leaf.point_count, 1, CO_LEAF_POINTS);
             for (uint32_t j = 0; j < count; j++) {
-                seen[leaf->tri[j]]++;
-                for (size_t c = 0; c < 3; c++) {
-                    size_t point = mesh->indices[3 * (size_t)leaf->tri[j] + c];
+                uint32_t tri = co_leaf_tri(&leaf, j);
+                assert_in_range(tri, 0, mesh->tri_count - 1);
+                seen[tri]++;
+                for (uint32_t c = 0; c < 3; c++) {
+                    size_t point = mesh->indices[3 * (size_t)tri + c];
                     for (size_t k = 0; k < 3; k++)
-                        assert_true(leaf->points[k][leaf->corner[c][j]] ==
+                        assert_true(leaf.points[k][co_leaf_corner(&leaf, c, j)] ==
                                     mesh->points[3 * point + k]);
                 }
             }
@@ -54,7 +56,7 @@ static void memory_is_modest_and_counted(void **state)
     size_t before = co_memory_live(CO_MEMORY_ACCEL);
     CoBvh *bvh = co_bvh_create(&sphere.mesh, NULL);
     assert_int_equal(co_bvh_bytes(bvh), co_memory_live(CO_MEMORY_ACCEL) - before);
-    assert_true(co_bvh_bytes(bvh) <= 38 * (size_t)sphere.mesh.tri_count);
+    assert_true(co_bvh_bytes(bvh) <= 24 * (size_t)sphere.mesh.tri_count);
     co_bvh_destroy(bvh);
     assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
     co_bvh_destroy(NULL);

@@ -2,6 +2,8 @@
 
 #include "simd/lane.h"
 
+#include <string.h>
+
 // One bit of a mask, as a float per lane.
 static void store_mask(float *out, CoLaneMask mask)
 {
@@ -10,8 +12,8 @@ static void store_mask(float *out, CoLaneMask mask)
         out[i] = (float)(bits >> i & 1u);
 }
 
-void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table,
-                              const uint8_t *index, uint32_t count, float *out)
+void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const uint8_t *index, uint32_t count,
+                              float *out)
 {
     for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
         CoLane x = co_lane_load(a + i), y = co_lane_load(b + i);
@@ -33,7 +35,6 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const float *table
         co_lane_store(at += count, co_lane_select(less, x, y));
         CoLaneMask again = co_lane_mask(co_lane_bits(less) | 0x10000u); // bits beyond do not matter
         co_lane_store(at += count, co_lane_select(again, y, x));
-        co_lane_store(at += count, co_lane_lookup8(table, index + i));
         co_lane_store(at += count, co_lane_clamp(x, co_lane_set1(-1.0f), co_lane_set1(2.0f)));
         co_lane_store(at += count, co_lane_load_bytes(index + i));
         uint32_t place[CO_LANE_WIDTH];
@@ -62,6 +63,17 @@ static void store_wide_mask(float *out, CoWideMask mask)
         out[i] = (float)(bits >> i & 1u);
 }
 
+// Among the 16 numbers of `table` that i is in, by the bits of 2 of `places`.
+static CoWide look_up(const float *table, const float *places, uint32_t i)
+{
+    CoWide held[16 / CO_WIDE_WIDTH];
+    uint32_t words[2], first = i & ~15u;
+    memcpy(words, places + first, sizeof words);
+    for (uint32_t k = 0; k < 16; k += CO_WIDE_WIDTH)
+        held[k / CO_WIDE_WIDTH] = co_wide_load(table + first + k);
+    return co_wide_lookup16(held, words, i - first);
+}
+
 void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, uint32_t count,
                               float *out)
 {
@@ -82,6 +94,7 @@ void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, ui
         store_wide_mask(at += count, co_wide_ne(x, y));
         store_wide_mask(at += count, co_wide_and(same, co_wide_ne(x, z)));
         co_wide_store(at += count, co_wide_select(less, x, y));
+        co_wide_store(at += count, look_up(b, c, i));
         co_wide_store(at += count, co_wide_muladd(x, y, z));
     }
 }

@@ -6,14 +6,14 @@
 #include <stdint.h>
 
 enum {
-    LANE_CALL_COUNT = 22, // operations
-    WIDE_CALL_COUNT = 14
+    LANE_CALL_COUNT = 21, // operations
+    WIDE_CALL_COUNT = 15
 };
 
 // Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at
-// out[operation * count + i]. table holds 8 floats.
-typedef void LaneCalls(const float *a, const float *b, const float *table, const uint8_t *index,
-                       uint32_t count, float *out);
+// out[operation * count + i].
+typedef void LaneCalls(const float *a, const float *b, const uint8_t *index, uint32_t count,
+                       float *out);
 
 LaneCalls lane_calls_scalar;
 LaneCalls lane_calls_sse42;

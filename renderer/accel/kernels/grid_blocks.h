@@ -7,41 +7,34 @@
 #include "accel/grid_leaf.h"
 #include "accel/kernels/triangle.h"
 
-// 8 triangles over points that are gathered. Each corner of a triangle is found among 8 points:
-// those of corner c start at base[c], a multiple of 8, so that vectors are read as they were
-// written.
+// 8 triangles over points that are gathered.
 typedef struct GridBlock {
-    uint32_t index[CO_GRID_SLOTS]; // of the points in the mesh
-    uint32_t slots;                // multiple of 8
-    uint64_t corner[3];            // 8 bytes each, see CoTriLeaf
-    size_t base[3];
-    uint32_t tri[4], row; // triangle k is tri[k & 3], in the second half row on
-    uint32_t valid;       // one bit per triangle that is one
+    uint32_t index[CO_LEAF_POINTS]; // of the points in the mesh
+    uint32_t corner[4];             // see CoTriLeaf; the last is not looked at
+    uint32_t tri[4], row;           // triangle k is tri[k & 3], in the second half row on
+    uint32_t valid;                 // one bit per triangle that is one
 } GridBlock;
 
 // Offers what the ray pierces of the block's triangles.
 static inline bool trace_block(Group *group, Ray *ray, const float *mesh_points,
                                const GridBlock *block, uint32_t path)
 {
-    float points[3][CO_GRID_SLOTS];
-    CoTriLeaf leaf;
+    float points[3][CO_LEAF_POINTS];
+    CoTriLeaf leaf = {.point_count = CO_LEAF_POINTS, .row = 1, .corner = block->corner};
     LeafHits hits;
     Shear shear;
     shear_load(ray, &shear);
-    for (uint32_t i = 0; i < block->slots; i += CO_LANE_WIDTH) {
+    for (uint32_t i = 0; i < CO_LEAF_POINTS; i += CO_LANE_WIDTH) {
         CoLane p[3];
         co_lane_load_points(mesh_points, block->index + i, p);
         for (int k = 0; k < 3; k++)
             co_lane_store(points[k] + i, p[k]);
     }
-    for (int c = 0; c < 3; c++) {
-        leaf.corner[c] = (const uint8_t *)&block->corner[c];
-        leaf.base[c] = block->base[c];
-        leaf.points[c] = points[c];
-    }
+    for (int k = 0; k < 3; k++)
+        leaf.points[k] = points[k];
     group->stats->triangles += (uint64_t)__builtin_popcount(block->valid);
-    shear_points(&leaf, &shear, block->slots, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, &shear, CO_LEAF_WIDTH, &hits) & block->valid;
+    shear_points(&leaf, &shear, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, &shear, CO_GRID_TRIS, &hits) & block->valid;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         if ((hits.unsure >> i & 1u) && !pierce_lane(&leaf, &shear, i, &hits))
@@ -128,30 +121,22 @@ static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint3
     const uint32_t *words = co_patch_words(table, patch), first = words[0];
     uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
     uint32_t tri = first_tri + (at[1] << (shift + 1)) + 2 * at[0];
-    // From 7 on points 0 to 8, row by row: corners 1 and 2 are among 1 to 8. Corner 0 is 0, 1, 3 or
-    // 4, which stand once more in front.
     GridBlock block;
-    for (uint32_t k = 0; k < 16; k++)
+    for (uint32_t k = 0; k < CO_LEAF_POINTS; k++)
         block.index[k] = first;
     if (shift && (table->is_triangular || table->is_mixed)) {
-        any_block_indices(table, words, 1u << shift, at[0], at[1], block.index + 7);
+        any_block_indices(table, words, 1u << shift, at[0], at[1], block.index);
     } else if (shift) {
-        block_indices(words, 1u << shift, at[0], at[1], block.index + 7);
+        block_indices(words, 1u << shift, at[0], at[1], block.index);
     } else {
-        block.index[8] = words[1];
-        block.index[10] = words[table->is_triangular ? 0 : 3];
-        block.index[11] = words[2];
+        block.index[1] = words[1];
+        block.index[3] = words[table->is_triangular ? 0 : 3];
+        block.index[4] = words[2];
     }
-    block.index[0] = block.index[7];
-    block.index[1] = block.index[8];
-    block.index[2] = block.index[10];
-    block.index[3] = block.index[11];
-    block.slots = 16;
-    block.corner[0] = 0x0303020201010000u;
-    block.corner[1] = 0x0704060304010300u;
-    block.corner[2] = 0x0607050603040203u;
-    block.base[0] = 0;
-    block.base[1] = block.base[2] = 8;
+    block.corner[0] = 0x44331100u;
+    block.corner[1] = 0x85745241u;
+    block.corner[2] = 0x78674534u;
+    block.corner[3] = 0;
     for (uint32_t k = 0; k < 4; k++)
         block.tri[k] = tri + k;
     block.row = 2u << shift;
@@ -167,22 +152,20 @@ static inline bool trace_list(Group *group, Ray *ray, const CoBvh *bvh, const ui
                               uint32_t count, uint32_t path)
 {
     GridBlock block;
-    block.slots = 24;
-    block.corner[0] = 0x0302010003020100u;
-    block.corner[1] = block.corner[2] = 0x0706050403020100u;
-    block.base[0] = 0;
-    block.base[1] = 8;
-    block.base[2] = 16;
+    block.corner[0] = 0x32103210u;
+    block.corner[1] = 0xba987654u;
+    block.corner[2] = 0xfedcba98u;
+    block.corner[3] = 0;
     block.row = 1;
     block.valid = (1u << count) - 1u;
     for (uint32_t q = 0; q < CO_LIST_PATCHES; q++) {
         const uint32_t *words = co_patch_words(bvh->patches, list[q]);
         bool is_fan = co_patch_is_fan(bvh->patches, words);
         uint32_t *index = block.index + q;
-        index[0] = index[4] = words[0];
-        index[8] = words[1];
-        index[12] = index[16] = words[2];
-        index[20] = words[is_fan ? 0 : 3];
+        index[0] = words[0];
+        index[4] = words[1];
+        index[8] = words[2];
+        index[12] = words[is_fan ? 0 : 3];
         block.tri[q] = co_patch_first_tri(bvh->patches, list[q]);
         block.valid |= (uint32_t)(q < count && !is_fan) << (q + 4);
     }

@@ -114,7 +114,7 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const S
     uint32_t count;
     const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
     group->stats->triangles += count;
-    shear_points(&leaf, shear, CO_LEAF_WIDTH, &hits);
+    shear_points(&leaf, shear, &hits);
     uint32_t pierced = pierce_triangles(&leaf, shear, count, &hits);
     if (!pierced)
         return false;

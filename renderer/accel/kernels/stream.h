@@ -268,8 +268,8 @@ static inline uint32_t enter_box(const Rays *rays, const StreamSlabs *slabs, uin
 
 // A leaf's points along CO_WIDE_WIDTH rays with the same major axis.
 typedef struct StreamPoints {
-    _Alignas(64) float x[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
-    float y[CO_LEAF_WIDTH][CO_WIDE_WIDTH], z[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
+    _Alignas(64) float x[CO_LEAF_POINTS][CO_WIDE_WIDTH];
+    float y[CO_LEAF_POINTS][CO_WIDE_WIDTH], z[CO_LEAF_POINTS][CO_WIDE_WIDTH];
 } StreamPoints;
 
 static inline void stream_points(const CoTriLeaf *leaf, const Rays *rays, uint32_t axis, uint32_t j,
@@ -300,7 +300,8 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
                                      CoWide sz, uint32_t active, StreamHits *out)
 {
     const CoWide zero = co_wide_set1(0.0f);
-    uint32_t corner[3] = {leaf->corner[0][i], leaf->corner[1][i], leaf->corner[2][i]};
+    const uint32_t corner[3] = {co_leaf_corner(leaf, 0, i), co_leaf_corner(leaf, 1, i),
+                                co_leaf_corner(leaf, 2, i)};
     CoWide x[3], y[3], edge[3];
     for (int c = 0; c < 3; c++) {
         x[c] = co_wide_load(points->x[corner[c]]);
@@ -338,10 +339,11 @@ static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const S
                                       float sz, uint32_t lane, StreamHits *hits)
 {
     float corner[3][3];
-    for (int c = 0; c < 3; c++) {
-        corner[0][c] = points->x[leaf->corner[c][i]][lane];
-        corner[1][c] = points->y[leaf->corner[c][i]][lane];
-        corner[2][c] = points->z[leaf->corner[c][i]][lane];
+    for (uint32_t c = 0; c < 3; c++) {
+        uint32_t point = co_leaf_corner(leaf, c, i);
+        corner[0][c] = points->x[point][lane];
+        corner[1][c] = points->y[point][lane];
+        corner[2][c] = points->z[point][lane];
     }
     return pierce_exactly((const float(*)[3])corner, sz, &hits->t[lane], &hits->u[lane],
                           &hits->v[lane]);

@@ -81,7 +81,7 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
 
 static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *count)
 {
-    *count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
+    *count = co_leaf_count(ref);
     return co_leaf_open(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT, *count);
 }
 
@@ -93,7 +93,7 @@ static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, 
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         if ((hits->unsure >> i & 1u) && !pierce_lane(leaf, shear, i, hits))
             continue;
-        Hit hit = {hits->t[i], hits->u[i], hits->v[i], path, leaf->tri[i]};
+        Hit hit = {hits->t[i], hits->u[i], hits->v[i], path, co_leaf_tri(leaf, i)};
         if (clamp_hit(leaf, ray, i, &hit.t) &&
             offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
             return true;
@@ -116,8 +116,8 @@ static inline uint32_t clamp_vector(const Rays *rays, const StreamSlabs *slabs, 
         pad = rays_padding(rays, j, &walk->tree->box);
     for (int k = 0; k < 3; k++) {
         const float *points = leaf->points[k];
-        float a = points[leaf->corner[0][i]], b = points[leaf->corner[1][i]];
-        float c = points[leaf->corner[2][i]];
+        float a = points[co_leaf_corner(leaf, 0, i)], b = points[co_leaf_corner(leaf, 1, i)];
+        float c = points[co_leaf_corner(leaf, 2, i)];
         box.lo[k] = float_min(float_min(a, b), c);
         box.hi[k] = float_max(float_max(a, b), c);
     }
@@ -188,7 +188,7 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
         if (!pierced)
             continue;
         pierced = clamp_vector(rays, slabs, j, walk, leaf, i, pierced, &hits);
-        active &= ~offer_vector(group, rays, j, pierced, &hits, walk->path, leaf->tri[i]);
+        active &= ~offer_vector(group, rays, j, pierced, &hits, walk->path, co_leaf_tri(leaf, i));
     }
 }
 
@@ -215,7 +215,7 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const S
     Ray ray;
     rays_shear(rays, j, &shear);
     group->stats->triangles += count;
-    shear_points(leaf, &shear, CO_LEAF_WIDTH, &hits);
+    shear_points(leaf, &shear, &hits);
     uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits);
     if (!pierced)
         return;

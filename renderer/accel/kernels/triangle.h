@@ -34,28 +34,34 @@ static inline void shear_load(const Ray *ray, Shear *shear)
     shear->sz = inv[z];
 }
 
+enum {
+    POINT_VECTORS = CO_LEAF_POINTS / CO_WIDE_WIDTH
+};
+
 // A leaf's points along the ray, and per triangle what the lanes found.
 typedef struct LeafHits {
-    float x[3 * CO_LEAF_WIDTH], y[3 * CO_LEAF_WIDTH], z[3 * CO_LEAF_WIDTH];
-    float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
+    CoWide x[POINT_VECTORS], y[POINT_VECTORS], z[POINT_VECTORS];
+    float t[CO_LEAF_POINTS], u[CO_LEAF_POINTS], v[CO_LEAF_POINTS];
     uint32_t unsure; // triangles for which float does not decide
 } LeafHits;
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
-                                LeafHits *out)
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
 {
     const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
     const float *points = leaf->points[0];
-    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
-        CoLane z = co_lane_load(points + row * shear->z + i);
-        CoLane x = co_lane_load(points + row * shear->x + i);
-        CoLane y = co_lane_load(points + row * shear->y + i);
-        z = co_lane_sub(z, co_lane_set1(shear->org[2]));
-        x = co_lane_sub(x, co_lane_set1(shear->org[0]));
-        y = co_lane_sub(y, co_lane_set1(shear->org[1]));
-        co_lane_store(out->x + i, co_lane_sub(x, co_lane_mul(co_lane_set1(shear->sx), z)));
-        co_lane_store(out->y + i, co_lane_sub(y, co_lane_mul(co_lane_set1(shear->sy), z)));
-        co_lane_store(out->z + i, z);
+    const CoWide org_x = co_wide_set1(shear->org[0]), org_y = co_wide_set1(shear->org[1]);
+    const CoWide org_z = co_wide_set1(shear->org[2]);
+    const CoWide sx = co_wide_set1(shear->sx), sy = co_wide_set1(shear->sy);
+    // No branch on their number but where vectors are many.
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_POINTS;
+    for (uint32_t i = 0; i * CO_WIDE_WIDTH < most; i++) {
+        const float *at = points + i * CO_WIDE_WIDTH;
+        CoWide z = co_wide_sub(co_wide_load(at + row * shear->z), org_z);
+        CoWide x = co_wide_sub(co_wide_load(at + row * shear->x), org_x);
+        CoWide y = co_wide_sub(co_wide_load(at + row * shear->y), org_y);
+        out->x[i] = co_wide_sub(x, co_wide_mul(sx, z));
+        out->y[i] = co_wide_sub(y, co_wide_mul(sy, z));
+        out->z[i] = z;
     }
 }
 
@@ -65,43 +71,45 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shea
                                         LeafHits *out)
 {
     uint32_t pierced = 0;
-    const CoLane zero = co_lane_set1(0.0f);
+    const uint32_t *corner[3] = {leaf->corner, leaf->corner + leaf->row,
+                                 leaf->corner + 2 * leaf->row};
+    const CoWide zero = co_wide_set1(0.0f);
     out->unsure = 0;
-    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
-        CoLane x[3], y[3], edge[3];
+    for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
+        CoWide x[3], y[3], edge[3];
         for (int c = 0; c < 3; c++) {
-            x[c] = co_lane_lookup8(out->x + leaf->base[c], leaf->corner[c] + i);
-            y[c] = co_lane_lookup8(out->y + leaf->base[c], leaf->corner[c] + i);
+            x[c] = co_wide_lookup16(out->x, corner[c], i);
+            y[c] = co_wide_lookup16(out->y, corner[c], i);
         }
         for (int c = 0; c < 3; c++) {
             int p = (c + 2) % 3, q = (c + 1) % 3;
-            edge[c] = co_lane_sub(co_lane_mul(x[p], y[q]), co_lane_mul(y[p], x[q]));
+            edge[c] = co_wide_sub(co_wide_mul(x[p], y[q]), co_wide_mul(y[p], x[q]));
         }
-        CoLane least = co_lane_min(co_lane_min(edge[0], edge[1]), edge[2]);
-        CoLane most = co_lane_max(co_lane_max(edge[0], edge[1]), edge[2]);
-        uint32_t negative = co_lane_bits(co_lane_lt(least, zero));
-        uint32_t positive = co_lane_bits(co_lane_lt(zero, most));
-        uint32_t bits = ~(negative & positive) & ((1u << CO_LANE_WIDTH) - 1u);
-        bits &= (1u << (count - i < CO_LEAF_WIDTH ? count - i : CO_LEAF_WIDTH)) - 1u;
+        CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
+        CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
+        uint32_t negative = co_wide_bits(co_wide_lt(least, zero));
+        uint32_t positive = co_wide_bits(co_wide_lt(zero, most));
+        uint32_t bits = ~(negative & positive) & ((1u << CO_WIDE_WIDTH) - 1u);
+        bits &= (1u << (count - i)) - 1u;
         if (!bits)
             continue;
-        CoLane det = co_lane_add(co_lane_add(edge[0], edge[1]), edge[2]);
-        CoLane size = co_lane_abs(det);
-        CoLaneMask sure = co_lane_and(co_lane_lt(co_lane_set1(1e-30f), size),
-                                      co_lane_lt(size, co_lane_set1(1e30f)));
+        CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]);
+        CoWide size = co_wide_abs(det);
+        CoWideMask sure = co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size),
+                                      co_wide_lt(size, co_wide_set1(1e30f)));
         for (int c = 0; c < 3; c++)
-            sure = co_lane_and(sure, co_lane_ne(edge[c], zero));
-        CoLane inv = co_lane_div(co_lane_set1(1.0f), det), t = zero;
+            sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
+        CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero;
         for (int c = 0; c < 3; c++) {
-            edge[c] = co_lane_mul(edge[c], inv);
-            const float *z = out->z + leaf->base[c];
-            t = co_lane_add(t, co_lane_mul(edge[c], co_lane_lookup8(z, leaf->corner[c] + i)));
+            edge[c] = co_wide_mul(edge[c], inv);
+            CoWide z = co_wide_lookup16(out->z, corner[c], i);
+            t = co_wide_add(t, co_wide_mul(edge[c], z));
         }
-        co_lane_store(out->t + i, co_lane_mul(t, co_lane_set1(shear->sz)));
-        co_lane_store(out->u + i, edge[1]);
-        co_lane_store(out->v + i, edge[2]);
+        co_wide_store(out->t + i, co_wide_mul(t, co_wide_set1(shear->sz)));
+        co_wide_store(out->u + i, edge[1]);
+        co_wide_store(out->v + i, edge[2]);
         pierced |= bits << i;
-        out->unsure |= (bits & ~co_lane_bits(sure)) << i;
+        out->unsure |= (bits & ~co_wide_bits(sure)) << i;
     }
     return pierced;
 }
@@ -133,11 +141,13 @@ static inline bool pierce_lane(const CoTriLeaf *leaf, const Shear *shear, uint32
                                LeafHits *hits)
 {
     float corner[3][3];
-    for (int c = 0; c < 3; c++) {
-        size_t point = leaf->base[c] + leaf->corner[c][i];
-        corner[0][c] = hits->x[point];
-        corner[1][c] = hits->y[point];
-        corner[2][c] = hits->z[point];
+    const float *x = (const float *)hits->x, *y = (const float *)hits->y;
+    const float *z = (const float *)hits->z;
+    for (uint32_t c = 0; c < 3; c++) {
+        uint32_t point = co_leaf_corner(leaf, c, i);
+        corner[0][c] = x[point];
+        corner[1][c] = y[point];
+        corner[2][c] = z[point];
     }
     return pierce_exactly((const float(*)[3])corner, shear->sz, &hits->t[i], &hits->u[i],
                           &hits->v[i]);
@@ -148,8 +158,8 @@ static inline bool pierce_lane(const CoTriLeaf *leaf, const Shear *shear, uint32
 static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, float *t)
 {
     CoFour corner[3];
-    for (int c = 0; c < 3; c++) {
-        size_t point = leaf->base[c] + leaf->corner[c][i];
+    for (uint32_t c = 0; c < 3; c++) {
+        uint32_t point = co_leaf_corner(leaf, c, i);
         corner[c] =
             (CoFour){leaf->points[0][point], leaf->points[1][point], leaf->points[2][point], 0.0f};
     }
