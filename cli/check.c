@@ -95,14 +95,17 @@ static void report(void *cookie, CohortSeverity severity, const char *file, uint
                    uint32_t column, const char *prim_path, const char *text)
 {
     Check *check = cookie;
+    char flags[1024];
+    bool is_limit = strstr(text, "; raise max_") != NULL;
     if (severity == COHORT_SEVERITY_ERROR && line)
-        findings_add(&check->findings, &(Finding){.code = FINDING_SYNTAX,
-                                                  .severity = severity,
-                                                  .layer = file,
-                                                  .line = line,
-                                                  .column = column,
-                                                  .prim = prim_path,
-                                                  .text = text});
+        findings_add(&check->findings,
+                     &(Finding){.code = is_limit ? FINDING_LIMIT : FINDING_SYNTAX,
+                                .severity = severity,
+                                .layer = file,
+                                .line = line,
+                                .column = column,
+                                .prim = prim_path,
+                                .text = stage_options_in_flags(text, flags, sizeof flags)});
 }
 
 // ---- What the renderer would not honor ---------------------------------------------------------
@@ -243,15 +246,17 @@ static int run(const char *path, CheckOptions *options)
     CohortStageOptions stage = {0};
     stage_options_apply(&options->which, &stage);
     CohortError err = {0};
-    bool is_read = check_path(&check, path, &stage, &err);
+    char text[2 * sizeof err.message];
+    bool is_read = check_path(&check, path, &stage, &err), is_limit = err.code == COHORT_ERROR_LIMIT;
     if (!is_read && !check.findings.count)
-        findings_add(&check.findings, &(Finding){.code = FINDING_MISSING_LAYER,
-                                                 .severity = COHORT_SEVERITY_ERROR,
-                                                 .layer = err.file,
-                                                 .line = err.line,
-                                                 .column = err.column,
-                                                 .prim = err.prim_path,
-                                                 .text = err.message});
+        findings_add(&check.findings,
+                     &(Finding){.code = is_limit ? FINDING_LIMIT : FINDING_MISSING_LAYER,
+                                .severity = COHORT_SEVERITY_ERROR,
+                                .layer = err.file,
+                                .line = err.line,
+                                .column = err.column,
+                                .prim = err.prim_path,
+                                .text = stage_options_in_flags(err.message, text, sizeof text)});
     findings_finish(&check.findings);
     if (options->is_json)
         findings_print_json(&check.findings, path, stdout);

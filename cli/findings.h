@@ -11,6 +11,7 @@
 // Codes are part of the JSON output and never change their meaning.
 #define FINDING_CODES(X) \
     X(SYNTAX, "syntax", "correct the text there; Cohort reads what usd-core 26.11 reads") \
+    X(LIMIT, "limit", "make it smaller, or raise the limit if it is meant to be so big") \
     X(MISSING_LAYER, "missing-layer", "put the file there, or correct the asset path") \
     X(COMPOSITION, "composition", "correct or remove the arc") \
     X(UNSUPPORTED_LAYER, "unsupported-layer", \

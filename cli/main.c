@@ -1,5 +1,6 @@
 #include "cli.h"
 #include "source_line.h"
+#include "stage_options.h"
 
 #include "cohort/delegate.h"
 #include "cohort/image.h"
@@ -19,6 +20,7 @@ enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
 void print_failure(const char *severity, const CohortError *err)
 {
+    char text[2 * sizeof err->message];
     fprintf(stderr, "cohort: ");
     if (err->file[0])
         fprintf(stderr, "%s:", err->file);
@@ -30,7 +32,7 @@ void print_failure(const char *severity, const CohortError *err)
         fprintf(stderr, " ");
     if (err->prim_path[0])
         fprintf(stderr, "<%s>: ", err->prim_path);
-    fprintf(stderr, "%s: %s\n", severity, err->message);
+    fprintf(stderr, "%s: %s\n", severity, stage_options_in_flags(err->message, text, sizeof text));
     source_line_print(stderr, err->file, err->line, err->column);
 }
 

@@ -39,3 +39,13 @@ void stage_options_apply(StageOptions *o, CohortStageOptions *out)
     // To ask for some payloads is to leave out the others.
     out->no_payloads = o->no_payloads || o->loads.count;
 }
+
+const char *stage_options_in_flags(const char *text, char *out, size_t size)
+{
+    static const char member[] = "raise max_prims", flag[] = "raise --max-prims";
+    const char *at = strstr(text, member);
+    if (!at)
+        return text;
+    snprintf(out, size, "%.*s%s%s", (int)(at - text), text, flag, at + sizeof member - 1);
+    return out;
+}

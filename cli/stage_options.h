@@ -36,4 +36,7 @@ typedef struct StageOptions {
 // Puts them into the options of a stage, which point into `o` from then on.
 void stage_options_apply(StageOptions *o, CohortStageOptions *out);
 
+// An error's text as the user knows its options: by their flags, not as members of a struct.
+const char *stage_options_in_flags(const char *text, char *out, size_t size);
+
 #endif

@@ -63,6 +63,18 @@ static void stages_that_cannot_be_read(void **state)
     assert_refused(&ran, 3, "bad.usda:");
 }
 
+static void limits_name_the_flag_that_moves_them(void **state)
+{
+    (void)state;
+    Ran ran;
+    run_stage(&ran, "#usda 1.0\ndef \"a\" {\n}\ndef \"b\" {\n}\n", "--max-prims 1");
+    assert_refused(&ran, 3, "bad.usda:4:1");
+    assert_non_null(strstr(ran.err, "raise --max-prims to"));
+    command_run(&ran, "check bad.usda --max-prims 1");
+    assert_int_equal(ran.code, 3);
+    assert_non_null(strstr(ran.out, "raise --max-prims to read it [limit]"));
+}
+
 static void arcs_that_lead_nowhere(void **state)
 {
     (void)state;
@@ -319,6 +331,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(stages_that_cannot_be_read, without_output),
+        cmocka_unit_test_setup(limits_name_the_flag_that_moves_them, without_output),
         cmocka_unit_test_setup(arcs_that_lead_nowhere, without_output),
         cmocka_unit_test_setup(textures, without_output),
         cmocka_unit_test_setup(without_the_image_module, without_output),
