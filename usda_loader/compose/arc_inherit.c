@@ -1,7 +1,7 @@
 // Inherits and specializes, and the classes they imply: when a referenced asset inherits </Class>,
 // the scenes that refer to it may say more about </Class> at their own level, and win.
 
-#include "compose/prim_index.h"
+#include "compose/indexer.h"
 
 // The node that starts a chain of class arcs authored at one depth, and the chain's first class.
 static void hierarchy_start(const CoGraph *graph, uint32_t node, uint32_t *instance,

@@ -2,7 +2,7 @@
 
 #include "compose/fields.h"
 #include "compose/population.h"
-#include "compose/prim_index.h"
+#include "compose/indexer.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 // Relocates: a layer stack moves a prim that its arcs bring in. The new place shows what the old
 // one would have shown; opinions that the stack itself has at the old place no longer count.
 
-#include "compose/prim_index.h"
+#include "compose/indexer.h"
 
 static void silence_moved_away(CoGraph *graph, uint32_t node)
 {

@@ -1,6 +1,6 @@
 // Variants: what is selected anywhere in the index decides which variant's opinions join in.
 
-#include "compose/prim_index.h"
+#include "compose/indexer.h"
 
 #include <string.h>
 

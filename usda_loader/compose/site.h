@@ -56,7 +56,7 @@ struct CoSite {
     uint32_t flags;
     const CoSiteArcs *arcs; // NULL until asked for
     const CoMap *moves;     // what the stack's relocates move at or below it; NULL until asked for
-    struct CoArcMap *maps;  // of its arcs, where there are moves (prim_index.c)
+    struct CoArcMap *maps;  // of its arcs, where there are moves (index_map.c)
 };
 
 CoSite *co_site(CoComposer *c, CoStack *stack, const CoPath *path);
