@@ -1,5 +1,7 @@
 #include "accel/grid_leaf.h"
 
+#include "geometry/patch_tile.h"
+
 #include <string.h>
 
 // Of a tile of 16 blocks.
@@ -57,9 +59,8 @@ static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
     }
     CoBox box;
     co_box_empty(&box);
-    for (int k = 0; k < 4; k++)
-        if (words[k] != CO_PATCH_NONE)
-            extend_by_point(mesh, words[k], &box);
+    for (int k = 0; k < (co_patch_is_fan(mesh->patches, words) ? 3 : 4); k++)
+        extend_by_point(mesh, words[k], &box);
     return box;
 }
 

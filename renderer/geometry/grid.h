@@ -67,7 +67,7 @@ static inline uint32_t co_grid_level(const CoMeshShading *s, uint32_t face)
     if (!s->patches || !s->patches->is_mixed)
         return s->level;
     const uint32_t *words = co_patch_words(s->patches, s->face_patch[face]);
-    return co_patch_shift(s->patches, words) + (words[CO_PATCH_INNER] >> 31);
+    return co_patch_shift(s->patches, words) + (co_patch_inner(s->patches, words) >> 31);
 }
 
 // Number of corner elements of a face.

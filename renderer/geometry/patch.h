@@ -24,16 +24,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// What the words of a patch are.
+// What the words of a patch are. A triangular one has three corners and edges.
 enum {
     CO_PATCH_CORNER = 0, // points (0,0) (m,0) (m,m) (0,m); the last of a single triangle is NONE
     CO_PATCH_EDGE = 4,  // j = 0 and i = m, j = m and i = 0 (triangular: j = 0, i = m, i = j): point
                         // t of the edge's own is the word + t, flagged - t
     CO_PATCH_INNER = 8, // first point inside, then row by row; flagged: a sub-quad
-    CO_PATCH_WORDS = 9, // at level 0 the corners alone
-    CO_PATCH_RATES = 9, // mixed: log2 of m, then for each edge by how many halvings it is coarser,
-                        // four bits each
-    CO_PATCH_WORDS_MIXED = 10
+    CO_PATCH_INNER_TRIANGULAR = 3,
+    CO_PATCH_WORDS = 9, // at level 0 the corners alone; mixed: one more, log2 of m, then for each
+                        // edge by how many halvings it is coarser, four bits each
+    CO_PATCH_WORDS_TRIANGULAR = 7
 };
 #define CO_PATCH_FLAG 0x80000000u
 #define CO_PATCH_NONE 0xffffffffu
@@ -46,7 +46,7 @@ typedef struct CoPatchTable {
     uint32_t unit_shift;        // log2 of triangles per patch, or of what tri_patch counts
     const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
     const uint32_t *tri_patch;  // with first_tri: patch of triangle k << unit_shift, then the last
-    const uint32_t *first_tile; // [count + 1], with first_tri above level 3: see co_patch_tile
+    const uint32_t *first_tile; // [count + 1], with first_tri above level 3: see patch_tile.h
     const uint32_t *face;       // [count] face of the cage, NULL: patch k is face k
 } CoPatchTable;
 
@@ -55,18 +55,29 @@ static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t
     return table->words + (size_t)patch * table->stride;
 }
 
+static inline uint32_t co_patch_inner(const CoPatchTable *table, const uint32_t *words)
+{
+    return words[table->is_triangular ? CO_PATCH_INNER_TRIANGULAR : CO_PATCH_INNER];
+}
+
+// Of mixed tables.
+static inline uint32_t co_patch_rates(const CoPatchTable *table, const uint32_t *words)
+{
+    return words[table->stride - 1];
+}
+
 // Whether it is one triangle.
 static inline uint32_t co_patch_is_fan(const CoPatchTable *table, const uint32_t *words)
 {
-    return table->level == 0 && words[3] == CO_PATCH_NONE;
+    return table->level == 0 && (table->is_triangular || words[3] == CO_PATCH_NONE);
 }
 
 // log2 of the squares a side.
 static inline uint32_t co_patch_shift(const CoPatchTable *table, const uint32_t *words)
 {
     if (table->is_mixed)
-        return words[CO_PATCH_RATES] & 15u;
-    return table->level == 0 ? 0 : table->level - (words[CO_PATCH_INNER] >> 31);
+        return co_patch_rates(table, words) & 15u;
+    return table->level == 0 ? 0 : table->level - (co_patch_inner(table, words) >> 31);
 }
 
 static inline uint32_t co_patch_first_tri(const CoPatchTable *table, uint32_t patch)
@@ -114,7 +125,7 @@ static inline uint32_t co_patch_round(uint32_t t, uint32_t drop)
 static inline uint32_t co_patch_drop(const CoPatchTable *table, const uint32_t *words,
                                      uint32_t edge)
 {
-    return table->is_mixed ? words[CO_PATCH_RATES] >> (4 + 4 * edge) & 15u : 0;
+    return table->is_mixed ? co_patch_rates(table, words) >> (4 + 4 * edge) & 15u : 0;
 }
 
 // Moves a grid point of a mixed table to where it stands for. On the diagonal halves go down: two
@@ -158,48 +169,6 @@ static inline void co_patch_corners(const CoPatchTable *table, const uint32_t *w
         co_patch_settle(table, words, m, &i[c], &j[c]);
 }
 
-// ---- Tiles: 8 x 8 squares, or a whole patch that is smaller; tables above level 3 --------------
-
-enum {
-    CO_PATCH_TILE_SHIFT = 3
-};
-
-// Tiles of a patch with 2^shift squares a side: row by row, those of triangular patches at i >= j.
-static inline uint32_t co_patch_tiles(const CoPatchTable *table, uint32_t shift)
-{
-    uint32_t side = shift > CO_PATCH_TILE_SHIFT ? 1u << (shift - CO_PATCH_TILE_SHIFT) : 1;
-    return table->is_triangular ? side * (side + 1) / 2 : side * side;
-}
-
-static inline uint32_t co_patch_tile_count(const CoPatchTable *table)
-{
-    return table->first_tile ? table->first_tile[table->count]
-                             : table->count * co_patch_tiles(table, table->level);
-}
-
-// The patch of a tile, and the first square of it.
-static inline uint32_t co_patch_tile(const CoPatchTable *table, uint32_t tile, uint32_t *i,
-                                     uint32_t *j)
-{
-    uint32_t all = co_patch_tiles(table, table->level), patch, number, row = 0;
-    patch = table->first_tile ? co_patch_search(table->first_tile, 0, table->count - 1, tile)
-                              : tile / all;
-    number = tile - (table->first_tile ? table->first_tile[patch] : patch * all);
-    uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
-    uint32_t side = shift > CO_PATCH_TILE_SHIFT ? 1u << (shift - CO_PATCH_TILE_SHIFT) : 1;
-    if (table->is_triangular) {
-        for (; number >= side - row; row++)
-            number -= side - row;
-        number += row;
-    } else {
-        row = number / side;
-        number %= side;
-    }
-    *i = number << CO_PATCH_TILE_SHIFT;
-    *j = row << CO_PATCH_TILE_SHIFT;
-    return patch;
-}
-
 // ---- Points ------------------------------------------------------------------------------------
 
 // Point t of an edge's own.
@@ -213,7 +182,7 @@ static inline uint32_t co_patch_edge_point(const uint32_t *words, uint32_t edge,
 static inline uint32_t co_patch_inner_row(const CoPatchTable *table, const uint32_t *words,
                                           uint32_t m, uint32_t j)
 {
-    uint32_t first = words[CO_PATCH_INNER] & ~CO_PATCH_FLAG;
+    uint32_t first = co_patch_inner(table, words) & ~CO_PATCH_FLAG;
     return table->is_triangular ? first + (j - 1) * (2 * m - 2 - j) / 2 - j - 1
                                 : first + (j - 1) * (m - 1) - 1;
 }

@@ -1,6 +1,7 @@
 // The patches of a subdivided mesh (patch.h), from the layout of points.
 
 #include "base/parallel.h"
+#include "geometry/patch_tile.h"
 #include "geometry/subdivide.h"
 
 // Edge k of a face as patches have it: counted from its vertex k, or back towards it.
@@ -29,29 +30,27 @@ static uint32_t middle_of_edge(const CoSubdivision *s, uint32_t face, uint32_t k
 }
 
 // A quad, or a triangle of a Loop mesh, whose last edge runs back from the third corner.
-static void fill_whole(const CoSubdivision *s, uint32_t face, uint32_t *words)
+static void fill_whole(const CoSubdivision *s, uint32_t face, uint32_t stride, uint32_t *words)
 {
     const int32_t *vertex = s->indices + s->first[face];
-    uint32_t count = (uint32_t)s->counts[face];
-    words[CO_PATCH_CORNER + 3] = CO_PATCH_NONE;
+    uint32_t count = (uint32_t)s->counts[face], rates = co_subdivision_face_level(s, face);
     for (uint32_t k = 0; k < count; k++)
         words[CO_PATCH_CORNER + k] = (uint32_t)vertex[k];
     if (s->level == 0)
         return;
-    words[CO_PATCH_EDGE + 3] = 0;
-    for (uint32_t k = 0; k < count; k++)
+    for (uint32_t k = 0; k < count; k++) {
         words[CO_PATCH_EDGE + k] = edge_word(s, face, k, k >= 2);
-    words[CO_PATCH_INNER] = s->face_point[face];
-    if (!s->edge_level)
-        return;
-    words[CO_PATCH_RATES] = co_subdivision_face_level(s, face);
-    for (uint32_t k = 0; k < count; k++)
-        words[CO_PATCH_RATES] |= edge_drop(s, face, k) << (4 + 4 * k);
+        rates |= edge_drop(s, face, k) << (4 + 4 * k);
+    }
+    words[count == 3 ? CO_PATCH_INNER_TRIANGULAR : CO_PATCH_INNER] = s->face_point[face];
+    if (s->edge_level)
+        words[stride - 1] = rates;
 }
 
 // Sub-quad k of an n-gon. Inside the face lie the center, then the spokes from the middle of each
 // edge to the center, then the inner points of each sub-quad.
-static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t *words)
+static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t stride,
+                          uint32_t *words)
 {
     uint32_t level = co_subdivision_face_level(s, face);
     uint32_t valence = (uint32_t)s->counts[face], before = (k + valence - 1) % valence;
@@ -66,7 +65,7 @@ static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uin
     words[CO_PATCH_EDGE + 3] = edge_word(s, face, before, true);
     words[CO_PATCH_INNER] = CO_PATCH_FLAG | (center + 1 + valence * spoke + k * spoke * spoke);
     if (s->edge_level)
-        words[CO_PATCH_RATES] =
+        words[stride - 1] =
             (level - 1) | edge_drop(s, face, k) << 4 | edge_drop(s, face, before) << 16;
 }
 
@@ -95,14 +94,14 @@ static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
             continue;
         uint32_t *words = job->words + (size_t)s->face_patch[f] * job->stride;
         if (!co_subdivision_is_split(s, f)) {
-            fill_whole(s, f, words);
+            fill_whole(s, f, job->stride, words);
             continue;
         }
         for (uint32_t k = 0; k < (uint32_t)s->counts[f]; k++, words += job->stride) {
             if (s->level == 0)
                 fill_fan(s, f, k, words);
             else
-                fill_sub_quad(s, f, k, words);
+                fill_sub_quad(s, f, k, job->stride, words);
         }
     }
 }
@@ -185,6 +184,14 @@ static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
     return find_units(build, table, first);
 }
 
+static uint32_t stride_of(const CoPatchTable *table)
+{
+    if (table->level == 0)
+        return table->is_triangular ? 3 : 4;
+    uint32_t words = table->is_triangular ? CO_PATCH_WORDS_TRIANGULAR : CO_PATCH_WORDS;
+    return words + (table->is_mixed ? 1 : 0);
+}
+
 bool co_subdivision_make_patches(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
@@ -194,9 +201,7 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     table->is_triangular = s->grid == CO_GRID_TRIANGLE;
     table->is_mixed = s->edge_level != NULL;
     table->count = s->patch_count;
-    table->stride = table->is_mixed     ? CO_PATCH_WORDS_MIXED
-                    : table->level == 0 ? CO_PATCH_EDGE
-                                        : CO_PATCH_WORDS;
+    table->stride = stride_of(table);
     uint32_t *words = co_mesh_keep(build, table->count, table->stride * sizeof *words);
     CO_MESH_CHECK_MEMORY(build, words);
     table->words = words;

@@ -95,6 +95,41 @@ static void hits_are_those_of_loose_triangles(void **state)
     }
 }
 
+// From inside of a closed mesh with edges of all levels no ray gets out, aimed at points and edges
+// where levels meet.
+static void nothing_leaks_between_levels(void **state)
+{
+    (void)state;
+    enum {
+        COUNT_OF_RAYS = 20000
+    };
+    for (uint32_t round = 0; round < 4; round++) {
+        uint8_t levels[24];
+        for (uint32_t e = 0; e < 24; e++)
+            levels[e] = (uint8_t)(co_hash32(e + 24 * round) % 6);
+        CohortMeshDesc desc = cube_desc(COHORT_SCHEME_CATMULL_CLARK, 0);
+        desc.edge_levels = levels;
+        CoMesh mesh;
+        make_mesh(&desc, &mesh);
+        assert_true(mesh.patches->is_mixed);
+        CoRayBatch rays = rays_alloc(COUNT_OF_RAYS);
+        Random random = {round};
+        for (size_t i = 0; i < COUNT_OF_RAYS; i++) {
+            uint32_t tri = (uint32_t)(random_bits(&random) % mesh.tri_count);
+            CoVec3 a = mesh_point(&mesh, tri, 0), b = mesh_point(&mesh, tri, 1);
+            CoVec3 org = random_vec3(&random, -0.1f, 0.1f);
+            CoVec3 at = i % 2 ? a : co_lerp3(a, b, random_float(&random, 0.0f, 1.0f));
+            ray_set(&rays, i, org, co_sub(at, org));
+        }
+        CoHitBatch hits = trace(&mesh, &rays, NULL);
+        for (size_t i = 0; i < COUNT_OF_RAYS; i++)
+            assert_true(hits.tri[i] < mesh.tri_count && !tri_collapses(&mesh, hits.tri[i]));
+        hits_free(&hits);
+        rays_free(&rays);
+        co_mesh_destroy(&mesh);
+    }
+}
+
 // A cube far away and tiny, its faces flat: boxes without thickness, coordinates without digits.
 static void flat_and_far_boxes_hold(void **state)
 {
@@ -237,6 +272,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hits_are_those_of_loose_triangles),
+        cmocka_unit_test(nothing_leaks_between_levels),
         cmocka_unit_test(flat_and_far_boxes_hold),
         cmocka_unit_test(faces_and_trees_are_small),
         cmocka_unit_test(failing_allocations_are_reported),
