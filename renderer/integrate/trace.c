@@ -28,12 +28,10 @@ static void bound_ray(const CohortRender *render, const uint32_t *words, uint32_
     }
 }
 
-// Decodes a part of the batch in its order. What else a ray is stands in its record, which is near
-// by then. Only light rays stop at the first blocker, and only where every surface blocks.
-static void prepare_rays(void *context, size_t begin, size_t end, uint32_t worker)
+// Decodes a group in the order of the batch. What else a ray is stands in its record, which is near by
+// then. Only light rays stop at the first blocker, and only where every surface blocks.
+static void prepare_group(CohortRender *render, size_t begin, size_t end)
 {
-    (void)worker;
-    CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
     static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
                                       [CO_RAY_BSDF] = COHORT_HIDDEN_FROM_INDIRECT,
@@ -48,6 +46,17 @@ static void prepare_rays(void *context, size_t begin, size_t end, uint32_t worke
         b->flags[i] = classes[kind];
         if (can_stop && kind == CO_RAY_LIGHT)
             b->flags[i] |= CO_TRAVERSE_OCCLUSION;
+    }
+}
+
+static void prepare_rays(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    CohortRender *render = context;
+    size_t count = render->batch.rays.count;
+    (void)worker;
+    for (size_t group = begin; group < end; group++) {
+        size_t first = group * CO_GROUP_RAYS, last = first + CO_GROUP_RAYS;
+        prepare_group(render, first, last < count ? last : count);
     }
 }
 
@@ -74,9 +83,10 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
         return false;
     co_ray_batch_begin(&b->rays, b->records.count);
     b->hits.count = b->rays.count;
-    co_parallel_for(b->rays.count, 1024, prepare_rays, render);
+    size_t groups = (b->rays.count + CO_GROUP_RAYS - 1) / CO_GROUP_RAYS;
+    co_parallel_for(groups, 16, prepare_rays, render);
     double sorted = co_clock_seconds();
-    co_parallel_for((b->rays.count + CO_GROUP_RAYS - 1) / CO_GROUP_RAYS, 16, traverse, render);
+    co_parallel_for(groups, 16, traverse, render);
     render->seconds_sort_rays += sorted - start;
     render->seconds_traverse += co_clock_seconds() - sorted;
     return true;

@@ -19,7 +19,7 @@
 enum {
     CONTENDERS_MAX = 8,
     GRAIN = 1024,
-    SORT_PAYS_BYTES = 24 << 20 // as integrate/render.c has it
+    SORT_PAYS_BYTES = 1 << 20 // as integrate/render.c has it
 };
 
 typedef struct Bench {

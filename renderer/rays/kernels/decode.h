@@ -28,9 +28,9 @@ static inline void gather(const CoRayRecords *records, const uint32_t *order, ui
 }
 
 // Records in the order of a sort lie all over the batch: each is a miss unless asked for in time.
-static inline void prefetch(const CoRayRecords *records, const uint32_t *order, size_t count)
+static inline void prefetch(const CoRayRecords *records, const uint32_t order[RAYS])
 {
-    for (size_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < RAYS; i++) {
         const uint32_t *words = records->words + (size_t)order[i] * records->stride;
         __builtin_prefetch(words);
         __builtin_prefetch(words + CO_RAY_WORDS - 1); // often on the next cache line
@@ -71,8 +71,8 @@ void CO_LANE_NAME(co_ray_decode_batch)(const CoRayRecords *records, const uint32
     Directions directions;
     for (size_t i = begin; i < end; i += RAYS) {
         size_t count = end - i < RAYS ? end - i : RAYS, next = i + AHEAD;
-        if (order && next < end)
-            prefetch(records, order + next, end - next < RAYS ? end - next : RAYS);
+        if (order && next + RAYS <= records->count) // those of the next call too
+            prefetch(records, order + next);
         gather(records, order, options, i, count, &gathered);
         decode_directions(&gathered, &directions);
         if (count == RAYS)
