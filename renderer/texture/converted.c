@@ -10,7 +10,9 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #define FORMAT_VERSION 1 // raised when converted files change
@@ -213,6 +215,22 @@ bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t
              (unsigned long long)low, extension);
     *out = co_path_copy(path);
     CO_CHECK_MEMORY(*out, err);
+    return true;
+}
+
+bool co_converted_room(const char *path, size_t bytes, CohortError *err)
+{
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%.*s", (int)(strrchr(path, '/') - path), path);
+    struct statvfs disk;
+    struct rlimit limit;
+    bool fits = getrlimit(RLIMIT_FSIZE, &limit) || limit.rlim_cur >= bytes;
+    if (fits && statvfs(folder, &disk) == 0)
+        fits = disk.f_bavail >= bytes / disk.f_frsize + 1;
+    CO_CHECK(fits, err, COHORT_ERROR_FILE_WRITE,
+             "its converted form may need %zu MB in %s, more than there is; name another folder "
+             "with --converted",
+             bytes / 1000000 + 1, folder);
     return true;
 }
 

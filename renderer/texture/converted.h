@@ -32,6 +32,9 @@ float co_srgb_decode(float encoded);
 bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t settings,
                        const char *extension, char **out, CohortError *err);
 
+// Whether so many bytes can be written beside `path`.
+bool co_converted_room(const char *path, size_t bytes, CohortError *err);
+
 // A name beside `path` to write to before co_converted_publish moves it there in one step.
 bool co_converted_temporary(const char *path, char **out, CohortError *err);
 bool co_converted_publish(const char *temporary, const char *path, CohortError *err);

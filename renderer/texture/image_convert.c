@@ -85,7 +85,9 @@ static bool make(const CoTextureColor *color, const char *path, const CoOiioInfo
     size_t size;
     float *texels = co_image_decode(color, path, info, &size, err);
     char *temporary = NULL;
-    bool ok = texels && co_converted_temporary(converted, &temporary, err);
+    // Levels are a third more, tables and headers little. See co_oiio_write_mips.
+    bool ok = texels && co_converted_room(converted, size + size / 2 + 65536, err) &&
+              co_converted_temporary(converted, &temporary, err);
     if (ok) {
         ok = co_oiio_write_mips(temporary, info, texels, CO_IMAGE_TILE, err);
         if (ok)
