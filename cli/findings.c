@@ -1,5 +1,6 @@
 #include "findings.h"
 
+#include "json_text.h"
 #include "source_line.h"
 
 #include <stdlib.h>
@@ -21,8 +22,8 @@ static const char *const hints[FINDING_CODE_COUNT] = {
 
 static const char *copy_text(Findings *f, const char *text)
 {
-    char *copy = strdup(text ? text : "");
-    f->is_out_of_memory |= !copy;
+    char *copy = text && *text ? strdup(text) : NULL;
+    f->is_out_of_memory |= text && *text && !copy;
     return copy ? copy : "";
 }
 
@@ -187,44 +188,16 @@ void findings_print(const Findings *f, FILE *out)
         fprintf(out, "nothing found\n");
 }
 
-// Bytes of the character there; 0 when it is no UTF-8. A quoted part of a bad file may be anything.
-static size_t character_size(const unsigned char *c)
-{
-    size_t size = *c < 0x80 ? 1 : *c >= 0xf0 && *c < 0xf5 ? 4 : *c >= 0xe0 ? 3 : *c >= 0xc2 ? 2 : 0;
-    for (size_t i = 1; i < size; i++)
-        if ((c[i] & 0xc0) != 0x80)
-            return 0;
-    return *c >= 0xf5 ? 0 : size;
-}
-
-static void print_json_text(const char *text, FILE *out)
-{
-    fputc('"', out);
-    for (const unsigned char *c = (const unsigned char *)text; *c;) {
-        size_t size = character_size(c);
-        if (*c == '"' || *c == '\\')
-            fprintf(out, "\\%c", *c);
-        else if (*c < 0x20)
-            fprintf(out, "\\u%04x", *c);
-        else if (size)
-            fwrite(c, 1, size, out);
-        else
-            fprintf(out, "\\ufffd");
-        c += size ? size : 1;
-    }
-    fputc('"', out);
-}
-
 static void print_json_member(const char *name, const char *text, FILE *out)
 {
     fprintf(out, ", \"%s\": ", name);
-    print_json_text(text, out);
+    json_print_text(text, out);
 }
 
 void findings_print_json(const Findings *f, const char *stage, FILE *out)
 {
     fprintf(out, "{\"format\": 1, \"stage\": ");
-    print_json_text(stage, out);
+    json_print_text(stage, out);
     fprintf(out, ", \"errors\": %zu, \"warnings\": %zu, \"findings\": [", f->errors, f->warnings);
     for (size_t i = 0; i < f->count; i++) {
         const Finding *item = &f->items[i];

@@ -14,14 +14,25 @@
 // The film is kept on disk at most this often: rounds of a quick render are not worth a write each.
 #define FILM_SECONDS 5.0
 
-static volatile sig_atomic_t stop_requested, snapshot_requested;
+static volatile sig_atomic_t stop_requested, snapshot_requested, first_stop; // seconds
 
+// Who asks again a second later, while a stage loads or a disk does not answer, is not kept waiting.
+// Sooner it is the same wish: timeout(1) sends its signal to the process and to its group.
 static void on_signal(int signal_number)
 {
-    if (signal_number == SIGUSR1)
+    if (signal_number == SIGUSR1) {
         snapshot_requested = 1;
-    else
-        stop_requested = 1;
+        return;
+    }
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    if (!stop_requested) {
+        first_stop = (sig_atomic_t)now.tv_sec;
+    } else if ((sig_atomic_t)now.tv_sec - first_stop > 1) {
+        signal(signal_number, SIG_DFL);
+        raise(signal_number); // when this handler returns
+    }
+    stop_requested = 1;
 }
 
 void render_catch_signals(void)

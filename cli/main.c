@@ -5,9 +5,11 @@
 #include "cohort/delegate.h"
 #include "cohort/image.h"
 
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 static const Command commands[] = {
     {"render", "render a USD stage to EXR and PNG", command_render},
@@ -79,7 +81,16 @@ static int print_version(void)
     return EXIT_WRITTEN;
 }
 
-int main(int argc, char **argv)
+// Files opened later must not take the place of a standard stream that is closed, and be written into:
+// what stands there instead fails as the closed one would.
+static void fill_standard_streams(void)
+{
+    for (int fd = 0; fd <= STDERR_FILENO; fd++)
+        if (fcntl(fd, F_GETFD) < 0)
+            (void)!open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+static int run(int argc, char **argv)
 {
     if (argc < 2) {
         print_help();
@@ -94,4 +105,17 @@ int main(int argc, char **argv)
             return commands[i].run(argc - 1, argv + 1);
     fprintf(stderr, "cohort: there is no command \"%s\"; see cohort --help\n", argv[1]);
     return EXIT_USAGE;
+}
+
+int main(int argc, char **argv)
+{
+    fill_standard_streams();
+    int code = run(argc, argv);
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return code;
+    if (code == EXIT_WRITTEN) {
+        fprintf(stderr, "cohort: error: not all of standard output could be written\n");
+        code = EXIT_WRITE;
+    }
+    return code;
 }

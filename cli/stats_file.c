@@ -1,12 +1,15 @@
 #include "stats_file.h"
 
 #include "cli.h"
+#include "json_text.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 // Prints JSON: a name opens a member, commas take care of themselves.
 typedef struct Json {
@@ -14,25 +17,11 @@ typedef struct Json {
     bool needs_comma;
 } Json;
 
-static void put_string(Json *j, const char *text)
-{
-    fputc('"', j->file);
-    for (const unsigned char *p = (const unsigned char *)(text ? text : ""); *p; p++) {
-        if (*p == '"' || *p == '\\')
-            fprintf(j->file, "\\%c", *p);
-        else if (*p < 0x20)
-            fprintf(j->file, "\\u%04x", *p);
-        else
-            fputc(*p, j->file);
-    }
-    fputc('"', j->file);
-}
-
 static void name(Json *j, const char *key)
 {
     fputs(j->needs_comma ? ",\n" : "\n", j->file);
     if (key) {
-        put_string(j, key);
+        json_print_text(key, j->file);
         fputs(": ", j->file);
     }
     j->needs_comma = true;
@@ -69,7 +58,7 @@ static void number(Json *j, const char *key, double value)
 static void string(Json *j, const char *key, const char *value)
 {
     name(j, key);
-    put_string(j, value);
+    json_print_text(value, j->file);
 }
 
 static void put_rays(Json *j, const CohortRenderStats *s)
@@ -226,7 +215,14 @@ bool stats_write(const char *path, const StatsContext *c, CohortError *err)
     put_scene(&j, c);
     put_report(&j, c);
     fputs("\n}\n", j.file);
-    bool ok = !ferror(j.file);
+    struct stat info;
+    bool is_file = fstat(fileno(j.file), &info) == 0 && S_ISREG(info.st_mode);
+    bool ok = fflush(j.file) == 0 && !ferror(j.file);
     ok = fclose(j.file) == 0 && ok;
-    return ok || fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
+    if (ok)
+        return true;
+    fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
+    if (is_file)
+        unlink(path); // half of one helps nobody
+    return false;
 }

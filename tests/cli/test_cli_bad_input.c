@@ -300,6 +300,65 @@ static void files_that_do_not_fit(void **state)
     command_run_limited(&ran, 16384, "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
     assert_refused(&ran, 4, "x.exr");
     assert_int_equal(system("ls | grep -q partial"), 256);
+    // Nor does the converted form of a texture, which is left out.
+    char text[2048];
+    command_run(&ran, "render stage.usda --spp 1 -q -o image.png");
+    textured(text, sizeof text,
+             "        uniform token info:id = \"UsdUVTexture\"\n"
+             "        asset inputs:file = @image.png@\n        float3 outputs:rgb\n");
+    write_text("bad.usda", text);
+    command_run_limited(&ran, 65536, "render bad.usda --spp 1 --batch 256 --size 8x8 --headlight "
+                                     "--converted converted -o x.exr");
+    assert_rendered(&ran, "image.png: warning: its converted form");
+    assert_int_equal(system("ls converted | grep -q ."), 256);
+}
+
+// Statistics that cannot be written to the end are none.
+static void statistics_that_do_not_fit(void **state)
+{
+    (void)state;
+    Ran ran;
+    FILE *stage = fopen("many.usda", "w");
+    assert_non_null(stage);
+    fprintf(stage, "#usda 1.0\n");
+    for (int i = 0; i < 400; i++) // each is named in the statistics
+        fprintf(stage, "def BasisCurves \"curve_%d\"\n{\n}\n", i);
+    assert_int_equal(fclose(stage), 0);
+    command_run_limited(&ran, 16384, "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
+                                     "-o x.exr --stats x.json");
+    assert_ran(&ran, 4, "x.json");
+    assert_false(file_exists("x.json"));
+}
+
+// A stream that cannot be written, or is closed, is said so, and no file takes its place.
+static void standard_streams_that_fail(void **state)
+{
+    (void)state;
+    static const char *const arguments[] = {"cat stage.usda", "tree stage.usda", "check stage.usda",
+                                            "--version",      "--help",          "render --help",
+                                            "render stage.usda --list-cameras"};
+    for (size_t i = 0; i < sizeof arguments / sizeof arguments[0]; i++) {
+        char command[512];
+        snprintf(command, sizeof command, "%s %s > /dev/full 2> said.txt", COHORT_COMMAND,
+                 arguments[i]);
+        assert_int_equal(system(command), 4 << 8);
+        assert_int_equal(system("grep -q 'error:' said.txt"), 0);
+        snprintf(command, sizeof command, "%s %s >&- 2> said.txt", COHORT_COMMAND, arguments[i]);
+        assert_int_equal(system(command), 4 << 8);
+    }
+    assert_int_equal(system(COHORT_COMMAND " render stage.usda --spp 1 -q -o open.exr"), 0);
+    assert_int_equal(system(COHORT_COMMAND " render stage.usda --spp 1 -o x.exr <&- >&- 2>&-"), 0);
+    assert_int_equal(system(COHORT_COMMAND " diff x.exr open.exr > said.txt"), 0);
+}
+
+static void names_of_any_bytes(void **state)
+{
+    (void)state;
+    assert_int_equal(system("cp stage.usda \"$(printf 'caf\\351 \\377.usda')\""), 0);
+    assert_int_equal(system(COHORT_COMMAND " render \"$(printf 'caf\\351 \\377.usda')\" --spp 1 -q "
+                            "-o \"$(printf 'o\\351.exr')\" --stats x.json"), 0);
+    assert_int_equal(system("test -s \"$(printf 'o\\351.exr')\""), 0);
+    assert_int_equal(system("grep -q 'caf.ufffd .ufffd.usda' x.json"), 0);
 }
 
 static void folders_and_files_of_options(void **state)
@@ -344,6 +403,9 @@ int main(void)
         cmocka_unit_test_setup(what_is_not_honored_is_grouped, without_output),
         cmocka_unit_test_setup(outputs_that_cannot_be_written, without_output),
         cmocka_unit_test_setup(files_that_do_not_fit, without_output),
+        cmocka_unit_test_setup(statistics_that_do_not_fit, without_output),
+        cmocka_unit_test_setup(standard_streams_that_fail, without_output),
+        cmocka_unit_test_setup(names_of_any_bytes, without_output),
         cmocka_unit_test_setup(folders_and_files_of_options, without_output),
         cmocka_unit_test_setup(absurd_work_can_be_stopped, without_output),
     };

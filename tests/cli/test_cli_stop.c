@@ -59,6 +59,25 @@ static void interrupted(void **state)
     }
 }
 
+// Who asks again, later, is not kept waiting: here by statistics that nobody reads.
+static void asked_twice(void **state)
+{
+    (void)state;
+    Ran ran;
+    remove_outputs();
+    assert_int_equal(mkfifo("stats.json", 0666), 0);
+    pid_t pid = command_start("render stage.usda -o x.exr --spp 1 --stats stats.json");
+    assert_true(command_await_file("x.exr"));
+    kill(pid, SIGTERM);
+    kill(pid, SIGTERM); // at once: the same wish
+    sleep(3);
+    assert_int_equal(kill(pid, 0), 0);
+    kill(pid, SIGTERM);
+    command_wait(pid, &ran);
+    assert_int_equal(ran.code, 128 + SIGTERM);
+    unlink("stats.json");
+}
+
 static void a_snapshot_goes_on(void **state)
 {
     (void)state;
@@ -170,6 +189,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(interrupted),
+        cmocka_unit_test(asked_twice),
         cmocka_unit_test(a_snapshot_goes_on),
         cmocka_unit_test(resumed),
         cmocka_unit_test(resume_refuses_another_picture),
