@@ -93,7 +93,7 @@ static inline Walk walk_of(const CoObject *object, uint32_t path)
 }
 
 // Asks for what the entered children hold: a leaf of usual size and most of a node are two lines.
-static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, uint32_t bits)
+static inline __attribute__((always_inline)) void prefetch_children(const CoBvh *bvh, const CoWideNode *node, uint32_t bits)
 {
     for (; bits; bits &= bits - 1) {
         uint32_t ref = node->child[__builtin_ctz(bits)];
@@ -101,8 +101,6 @@ static inline void prefetch_children(const CoBvh *bvh, const CoWideNode *node, u
         if (ref & CO_REF_LEAF)
             at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
         __builtin_prefetch(at);
-        __builtin_prefetch(at + 64);
-        __builtin_prefetch(at + 128);
     }
 }
 
