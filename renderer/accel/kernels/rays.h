@@ -201,7 +201,8 @@ static inline CoWide rays_padding(const Rays *rays, uint32_t j, const CoBox *box
 
 static inline uint32_t rays_major(const Rays *rays, uint32_t j)
 {
-    return rays->along[0] >> j & 1u ? 0 : rays->along[1] >> j & 1u ? 1 : 2;
+    // Without a branch, as no axis is likelier than another; it cannot be along two.
+    return 2 - 2 * (uint32_t)(rays->along[0] >> j & 1u) - (uint32_t)(rays->along[1] >> j & 1u);
 }
 
 // Ray j on its own.
@@ -233,7 +234,7 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
 // Ray j as the triangle test needs it.
 static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
 {
-    uint32_t z = rays_major(rays, j), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    uint32_t z = rays_major(rays, j), x = next_axis(z), y = next_axis(x);
     *out = (Shear){x,
                    y,
                    z,

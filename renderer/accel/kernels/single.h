@@ -151,7 +151,7 @@ static const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnd
 // is part of the group's tree: the ray stays what it is. Nothing is lost with its box, which holds
 // those of all its triangles, so that their canonical slabs lie in its own.
 // is_tight: its slabs are those of a mesh already.
-static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+static inline __attribute__((always_inline)) void walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool is_any)
 {
     Entered stack[2 * CO_STACK_SIZE], *top = stack;
     float entry[CO_NODE_WIDTH];
@@ -161,7 +161,6 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
     slab_load(ray, &slab);
     slab_ends(ray->near_c, ray->far_c, &own);
     shear_load(ray, &shear);
-    const bool is_any = group->occlusion >> ray->slot & 1u;
     const bool is_plain = !walk->bvh && ray_is_plain(ray);
     const SlabEnds *in_place = is_tight ? &own : NULL; // of meshes, once there is one
     const CoWideNode *nodes = walk->tree->nodes;
@@ -225,6 +224,24 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
         while (!(entered_at(child) <= ray->to));
         ref = (uint32_t)child;
     }
+}
+
+static __attribute__((noinline)) void walk_nearest(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+{
+    walk_slabs(group, ray, walk, is_tight, false);
+}
+
+static __attribute__((noinline)) void walk_any(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+{
+    walk_slabs(group, ray, walk, is_tight, true);
+}
+
+static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+{
+    if (group->occlusion >> ray->slot & 1u)
+        walk_any(group, ray, walk, is_tight);
+    else
+        walk_nearest(group, ray, walk, is_tight);
 }
 
 // One ray of a group's space through one of its instances, in a space of its own.
