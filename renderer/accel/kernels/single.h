@@ -92,14 +92,17 @@ static inline Walk walk_of(const CoObject *object, uint32_t path)
                   .path = path};
 }
 
-// Asks for what the entered children hold: a leaf of usual size and most of a node are two lines.
-static inline __attribute__((always_inline)) void prefetch_children(const CoBvh *bvh, const CoWideNode *node, uint32_t bits)
+// Asks for the first lines of children that are entered: of nodes, and of leaves or instances, which
+// are `stride` bytes apart. Always inline: the compiler drops calls of functions that do no more.
+static inline __attribute__((always_inline)) void
+prefetch_children(const CoWideNode *node, uint32_t bits, const CoWideNode *nodes,
+                  const void *leaves, size_t stride)
 {
     for (; bits; bits &= bits - 1) {
         uint32_t ref = node->child[__builtin_ctz(bits)];
-        const char *at = (const char *)&bvh->tree.nodes[ref];
+        const char *at = (const char *)&nodes[ref];
         if (ref & CO_REF_LEAF)
-            at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
+            at = (const char *)leaves + (ref & CO_REF_LEAF_PLACE) * stride;
         __builtin_prefetch(at);
     }
 }
@@ -176,8 +179,11 @@ static inline __attribute__((always_inline)) void walk_slabs(Group *group, Ray *
             if (ray->is_huge)
                 bits &= present_children(node);
             if (bits) {
-                if (bvh && (bits & (bits - 1)))
-                    prefetch_children(bvh, node, bits);
+                if (!bvh)
+                    prefetch_children(node, bits, nodes, walk->object->top->placed,
+                                      sizeof(CoPlaced));
+                else if (bits & (bits - 1))
+                    prefetch_children(node, bits, nodes, bvh->leaf_at, bvh->leaf_stride);
                 top = is_any ? descend_any(top, node, bits, &ref)
                              : descend(top, node, bits, entry, &ref);
                 continue;
