@@ -92,8 +92,9 @@ static inline Walk walk_of(const CoObject *object, uint32_t path)
                   .path = path};
 }
 
-// Asks for the first lines of children that are entered: of nodes, and of leaves or instances, which
-// are `stride` bytes apart. Always inline: the compiler drops calls of functions that do no more.
+// Asks for the first lines of children that are entered: of nodes, and of leaves or instances,
+// which are `stride` bytes apart. Always inline: the compiler drops calls of functions that do no
+// more.
 static inline __attribute__((always_inline)) void
 prefetch_children(const CoWideNode *node, uint32_t bits, const CoWideNode *nodes,
                   const void *leaves, size_t stride)
@@ -138,11 +139,10 @@ static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t in
 // Instances are seen by most.
 static inline bool is_hidden(const Group *group, const Ray *ray, const CoPlaced *placed)
 {
-    return placed->hidden_from && group->flags &&
-           group->flags[ray->slot] & placed->hidden_from;
+    return placed->hidden_from && group->flags && group->flags[ray->slot] & placed->hidden_from;
 }
 
-static const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnds *out)
+static inline const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnds *out)
 {
     CoFour near_c, far_c;
     ray_tight(ray, &tree->box, &near_c, &far_c);
@@ -151,10 +151,11 @@ static const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnd
 }
 
 // One ray through a tree that it has been prepared for. A mesh that stands in its group as it is
-// is part of the group's tree: the ray stays what it is. Nothing is lost with its box, which holds
-// those of all its triangles, so that their canonical slabs lie in its own.
-// is_tight: its slabs are those of a mesh already.
-static inline __attribute__((always_inline)) void walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool is_any)
+// is part of the group's tree: the ray stays what it is. Nothing is lost with the instance's box,
+// which holds those of all its triangles: their canonical slabs lie in its own.
+// is_tight: in a group, the slabs of the ray are those for meshes in place. is_any: a constant.
+static inline __attribute__((always_inline)) void
+walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool is_any)
 {
     Entered stack[2 * CO_STACK_SIZE], *top = stack;
     float entry[CO_NODE_WIDTH];
@@ -232,12 +233,14 @@ static inline __attribute__((always_inline)) void walk_slabs(Group *group, Ray *
     }
 }
 
-static __attribute__((noinline)) void walk_nearest(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+static __attribute__((noinline)) void walk_nearest(Group *group, Ray *ray, const Walk *walk,
+                                                   bool is_tight)
 {
     walk_slabs(group, ray, walk, is_tight, false);
 }
 
-static __attribute__((noinline)) void walk_any(Group *group, Ray *ray, const Walk *walk, bool is_tight)
+static __attribute__((noinline)) void walk_any(Group *group, Ray *ray, const Walk *walk,
+                                               bool is_tight)
 {
     walk_slabs(group, ray, walk, is_tight, true);
 }
