@@ -165,7 +165,7 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
     slab_load(ray, &slab);
     slab_ends(ray->near_c, ray->far_c, &own);
     shear_load(ray, &shear);
-    const bool is_plain = !walk->bvh && ray_is_plain(ray);
+    const bool is_plain = is_tight || (!walk->bvh && ray_is_plain(ray));
     const SlabEnds *in_place = is_tight ? &own : NULL; // of meshes, once there is one
     const CoWideNode *nodes = walk->tree->nodes;
     const SlabEnds *ends = &own;
