@@ -16,13 +16,23 @@ struct CohortPull {
     CoArena arena;
 };
 
+enum {
+    CO_DICING_PLACES = 8
+};
+
 // How large a mesh is seen. Zero: not placed anywhere.
 typedef struct CoDicingView {
     double center[3], radius; // of its cage
     uint64_t placements;
-    double to_world[4][4]; // of the only placement
-    double density;        // several: pixels that a unit of its own length is at most
+    // Those where a unit of its own length may be most pixels, in no order, and how many these are.
+    double to_world[CO_DICING_PLACES][4][4], densities[CO_DICING_PLACES];
+    double density; // at most, in all others
 } CoDicingView;
+
+static inline uint32_t co_dicing_places(const CoDicingView *view)
+{
+    return view->placements < CO_DICING_PLACES ? (uint32_t)view->placements : CO_DICING_PLACES;
+}
 
 // The camera as prims/dicing.h needs it.
 typedef struct CoDicing {

@@ -60,6 +60,24 @@ static double stretch(const double m[4][4])
     return sqrt(sum);
 }
 
+// Keeps a placement, or of all the one that matters least as a density alone.
+static void keep_placement(CoDicingView *view, const double m[4][4], double density)
+{
+    uint32_t place = co_dicing_places(view);
+    view->placements++;
+    if (place == CO_DICING_PLACES) {
+        place = 0;
+        for (uint32_t k = 1; k < CO_DICING_PLACES; k++)
+            place = view->densities[k] < view->densities[place] ? k : place;
+        bool is_least = !(density > view->densities[place]);
+        view->density = fmax(view->density, is_least ? density : view->densities[place]);
+        if (is_least)
+            return;
+    }
+    memcpy(view->to_world[place], m, sizeof view->to_world[place]);
+    view->densities[place] = density;
+}
+
 static void see(void *cookie, uint32_t object, const double m[4][4])
 {
     CoDicing *d = cookie;
@@ -73,10 +91,7 @@ static void see(void *cookie, uint32_t object, const double m[4][4])
     double size = stretch(m), radius = size * view->radius;
     double density =
         size * co_dicing_pixels_at(d, sqrt(distance) - radius) * co_dicing_share(d, world, radius);
-    if (view->placements++ == 0)
-        memcpy(view->to_world, m, sizeof view->to_world);
-    if (isfinite(density))
-        view->density = fmax(view->density, density);
+    keep_placement(view, m, isfinite(density) ? density : 0.0);
 }
 
 static bool open_view(CohortRenderIndex *index, uint32_t width, CoDicing *d, CohortError *err)
@@ -124,9 +139,7 @@ static uint64_t hash_view(const CoDicing *d, const CoDicingView *view)
                               d->edge_length,
                               (double)d->is_orthographic};
     uint64_t hash = co_hash_combine(1, view->placements);
-    if (view->placements > 1)
-        return co_hash_bytes(&view->density, sizeof view->density,
-                             co_hash_bytes(&d->edge_length, sizeof d->edge_length, hash));
+    hash = co_hash_bytes(&view->density, sizeof view->density, hash);
     hash = co_hash_bytes(numbers, sizeof numbers, hash);
     hash = co_hash_bytes(d->axes, sizeof d->axes, hash);
     hash = co_hash_bytes(d->window, sizeof d->window, hash);

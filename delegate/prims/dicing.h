@@ -1,7 +1,8 @@
 // Subdivision levels by size on screen (Cook, Carpenter, Catmull, "The Reyes Image Rendering
 // Architecture", 1987): each edge of a cage is as fine as its length in pixels asks for, where it
-// comes nearest to the camera, and a face inside as where it does itself; for a prototype with
-// several placements, where the largest of them is. What is not in the picture is coarser.
+// comes nearest to the camera, and a face inside as where it does itself: in the placement where
+// that is most. Of more than CO_DICING_PLACES the others count by a bound of how large they are
+// seen. What is not in the picture is coarser.
 //
 // Levels are a function of camera, image size, placements and cages: never of what was rendered
 // before. An edge has one level whatever the faces beside it have, so neighbors cannot come apart.
@@ -26,8 +27,8 @@ bool co_dicing_set_levels(const CohortRenderIndex *index, const CoPrim *prim, Co
 
 void co_dicing_clear(CoDicing *dicing);
 
-// Private to dicing.c and dicing_levels.c. Pixels that a unit of length across the line of sight is,
-// so far from the camera.
+// Private to dicing.c and dicing_levels.c. Pixels that a unit of length across the line of sight
+// is, so far from the camera.
 double co_dicing_pixels_at(const CoDicing *d, double distance);
 void co_dicing_to_world(const double m[4][4], const double p[3], double out[3]);
 // 1, or less where a sphere (world) lies outside of the picture.

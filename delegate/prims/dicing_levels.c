@@ -12,6 +12,7 @@ enum {
 typedef struct LevelJob {
     const CoDicing *dicing;
     const CoDicingView *view;
+    const double (*to_world)[4]; // of the placement looked at; NULL: by density alone
     const CohortMeshDesc *desc;
     const uint32_t *first; // [face_count] first face-vertex
     uint8_t *edge_levels, *face_levels;
@@ -47,16 +48,16 @@ static Point middle(Point a, Point b)
     return (Point){{0.5 * (a.x[0] + b.x[0]), 0.5 * (a.x[1] + b.x[1]), 0.5 * (a.x[2] + b.x[2])}};
 }
 
-// Vertex k of a face: in the world if the mesh stands once, else its own.
+// Vertex k of a face: in the world, or its own.
 static Point load_point(const LevelJob *job, uint32_t face, uint32_t k)
 {
     uint32_t count = (uint32_t)job->desc->face_vertex_counts[face];
     size_t vertex = (size_t)job->desc->face_vertex_indices[job->first[face] + k % count];
     const float *p = job->desc->points + 3 * vertex;
     Point own = {{(double)p[0], (double)p[1], (double)p[2]}}, out;
-    if (job->view->placements > 1)
+    if (!job->to_world)
         return own;
-    co_dicing_to_world((const double(*)[4])job->view->to_world, own.x, out.x);
+    co_dicing_to_world(job->to_world, own.x, out.x);
     return out;
 }
 
@@ -92,25 +93,24 @@ static double inner_distance(const LevelJob *job, Point a, Point b, Point c)
 
 // ---- Levels ------------------------------------------------------------------------------------
 
-static uint8_t find_level(const LevelJob *job, double size, double distance, Point center,
-                          double radius)
+static void raise_level(const LevelJob *job, double size, double distance, Point center,
+                        double radius, uint8_t *level)
 {
     const CoDicing *d = job->dicing;
-    double pixels = job->view->placements > 1 ? size * job->view->density
-                                              : size * co_dicing_pixels_at(d, distance) *
-                                                    co_dicing_share(d, center.x, radius);
-    uint8_t level = 0;
-    for (; isfinite(pixels) && pixels > d->edge_length && level < LEVEL_MAX; level++)
+    double pixels = size * job->view->density;
+    if (job->to_world)
+        pixels = size * co_dicing_pixels_at(d, distance) * co_dicing_share(d, center.x, radius);
+    if (!isfinite(pixels))
+        return;
+    uint8_t own = 0;
+    for (; pixels > d->edge_length && own < LEVEL_MAX; own++)
         pixels *= 0.5;
-    return level;
+    *level = own > *level ? own : *level;
 }
 
-static void find_face_levels(const LevelJob *job, uint32_t face)
+static void raise_face_levels(const LevelJob *job, uint32_t face)
 {
     uint32_t count = (uint32_t)job->desc->face_vertex_counts[face];
-    job->face_levels[face] = 0;
-    if (count == 0)
-        return;
     Point center = {{0.0, 0.0, 0.0}}, corner = load_point(job, face, 0);
     for (uint32_t k = 0; k < count; k++)
         for (int c = 0; c < 3; c++)
@@ -119,7 +119,7 @@ static void find_face_levels(const LevelJob *job, uint32_t face)
     for (uint32_t k = 0; k < count; k++) {
         Point a = load_point(job, face, k), b = load_point(job, face, k + 1), m = middle(a, b);
         double own = length(sub(b, a)), nearest = edge_distance(job, a, b);
-        job->edge_levels[job->first[face] + k] = find_level(job, own, nearest, m, 0.5 * own);
+        raise_level(job, own, nearest, m, 0.5 * own, &job->edge_levels[job->first[face] + k]);
         size = fmax(size, own);
         // Faces that are no quads are split from here to their center.
         if (count != 4 && job->desc->scheme != COHORT_SCHEME_LOOP)
@@ -127,14 +127,28 @@ static void find_face_levels(const LevelJob *job, uint32_t face)
         distance = fmin(distance, fmin(nearest, inner_distance(job, corner, a, b)));
         radius = fmax(radius, length(sub(a, center)));
     }
-    job->face_levels[face] = find_level(job, size, distance, center, radius);
+    raise_level(job, size, distance, center, radius, &job->face_levels[face]);
 }
 
 static void find_levels(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
-    for (size_t f = begin; f < end; f++)
-        find_face_levels(context, (uint32_t)f);
+    LevelJob job = *(const LevelJob *)context;
+    for (uint32_t f = (uint32_t)begin; f < end; f++) {
+        uint32_t count = (uint32_t)job.desc->face_vertex_counts[f];
+        job.face_levels[f] = 0;
+        for (uint32_t k = 0; k < count; k++)
+            job.edge_levels[job.first[f] + k] = 0;
+        if (count == 0)
+            continue;
+        for (uint32_t k = 0; k < co_dicing_places(job.view); k++) {
+            job.to_world = (const double(*)[4])job.view->to_world[k];
+            raise_face_levels(&job, f);
+        }
+        job.to_world = NULL;
+        if (job.view->density > 0.0)
+            raise_face_levels(&job, f);
+    }
 }
 
 // Where the vertices of each face begin; false for descriptions that will be refused.

@@ -21,7 +21,7 @@ static void set_up(Look *look, bool looks_back)
     memset(look, 0, sizeof *look);
     look->view.placements = 1;
     for (int k = 0; k < 4; k++)
-        look->view.to_world[k][k] = 1.0;
+        look->view.to_world[0][k][k] = 1.0;
     look->prim.view = 1;
     CoDicing *d = &look->index.dicing;
     *d = (CoDicing){.eye = {7.5, -1.0, 1.0},
@@ -166,17 +166,47 @@ static void faces_are_fine_inside(void **state)
     co_arena_clear(&look.pull.arena);
 }
 
-// Of several placements the density counts, whatever their places.
-static void prototypes_have_one_density(void **state)
+// Of several placements the largest counts, edge by edge; of many some as a density, whatever their
+// places.
+static void the_largest_placement_counts(void **state)
 {
     (void)state;
     static Cage cage;
+    static uint8_t alone[2][6 * CAGE_MAX_FACES];
     Look look;
     make_grid(&cage, 4, false);
     CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_CATMULL_CLARK, 0);
+    for (int k = 0; k < 3; k++) {
+        set_up(&look, false);
+        look.view.placements = k == 2 ? 2 : 1;
+        memcpy(look.view.to_world[1], look.view.to_world[0], sizeof look.view.to_world[0]);
+        // To the left and near, and far ahead and larger.
+        look.view.to_world[0][3][0] = 4.0;
+        for (int c = 0; c < 3; c++)
+            look.view.to_world[1][c][c] = 20.0;
+        look.view.to_world[1][3][1] = 10.0;
+        if (k == 1)
+            memcpy(look.view.to_world[0], look.view.to_world[1], sizeof look.view.to_world[0]);
+        set_levels(&look, &desc);
+        size_t is_first = 0, is_second = 0;
+        for (size_t e = 0; e < cage.index_count; e++) {
+            uint8_t level = desc.edge_levels[e];
+            if (k < 2) {
+                alone[k][e] = level;
+                continue;
+            }
+            is_first += level == alone[0][e] && level > alone[1][e];
+            is_second += level == alone[1][e] && level > alone[0][e];
+            assert_true(level == alone[0][e] || level == alone[1][e]);
+            assert_true(level >= alone[0][e] && level >= alone[1][e]);
+        }
+        assert_true(k < 2 || (is_first > 0 && is_second > 0));
+        co_arena_clear(&look.pull.arena);
+    }
     set_up(&look, false);
-    look.view.placements = 3;
+    look.view.placements = 1000;
     look.view.density = 8.0 * EDGE_PIXELS;
+    memset(look.view.to_world, 0, sizeof look.view.to_world); // of no size
     set_levels(&look, &desc);
     for (size_t k = 0; k < cage.index_count; k++)
         assert_int_equal(desc.edge_levels[k], 3);
@@ -217,7 +247,7 @@ int main(void)
         cmocka_unit_test(faces_agree),
         cmocka_unit_test(what_is_not_seen_is_coarser),
         cmocka_unit_test(faces_are_fine_inside),
-        cmocka_unit_test(prototypes_have_one_density),
+        cmocka_unit_test(the_largest_placement_counts),
         cmocka_unit_test(broken_cages_have_no_levels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
