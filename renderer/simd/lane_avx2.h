@@ -50,5 +50,29 @@ static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
     __m256 b = _mm256_permutevar8x32_ps(table[1], low);
     return _mm256_blendv_ps(a, b, _mm256_castsi256_ps(high));
 }
+typedef struct CoLaneSets {
+    __m256i low, high; // halves of the sets
+} CoLaneSets;
+static inline CoLaneSets co_lane_sets_empty(void)
+{
+    return (CoLaneSets){_mm256_setzero_si256(), _mm256_setzero_si256()};
+}
+static inline CoLaneSets co_lane_sets_put(CoLaneSets sets, CoLaneMask m, uint64_t bit)
+{
+    __m256i is_in = _mm256_castps_si256(m);
+    __m256i low = _mm256_set1_epi32((int)(uint32_t)bit);
+    __m256i high = _mm256_set1_epi32((int)(bit >> 32));
+    sets.low = _mm256_or_si256(sets.low, _mm256_and_si256(is_in, low));
+    sets.high = _mm256_or_si256(sets.high, _mm256_and_si256(is_in, high));
+    return sets;
+}
+static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
+{
+    __m256i even = _mm256_unpacklo_epi32(sets.low, sets.high); // of lanes 0 1 4 5
+    __m256i odd = _mm256_unpackhi_epi32(sets.low, sets.high);
+    __m256i *to = (__m256i *)(void *)out;
+    _mm256_storeu_si256(to, _mm256_permute2x128_si256(even, odd, 0x20));
+    _mm256_storeu_si256(to + 1, _mm256_permute2x128_si256(even, odd, 0x31));
+}
 
 #endif

@@ -40,6 +40,19 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
 {
     return (__mmask8)bits;
 }
+typedef __m512i CoLaneSets;
+static inline CoLaneSets co_lane_sets_empty(void)
+{
+    return _mm512_setzero_si512();
+}
+static inline CoLaneSets co_lane_sets_put(CoLaneSets sets, CoLaneMask m, uint64_t bit)
+{
+    return _mm512_mask_or_epi64(sets, m, sets, _mm512_set1_epi64((long long)bit));
+}
+static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
+{
+    _mm512_storeu_si512(out, sets);
+}
 
 enum {
     CO_WIDE_WIDTH = 16

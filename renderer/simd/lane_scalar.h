@@ -96,6 +96,21 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
 {
     return bits & 1u;
 }
+// Per lane a set of up to 64 things, from none on.
+typedef uint64_t CoLaneSets;
+static inline CoLaneSets co_lane_sets_empty(void)
+{
+    return 0;
+}
+// Puts one thing, a bit, into the sets of the lanes m.
+static inline CoLaneSets co_lane_sets_put(CoLaneSets sets, CoLaneMask m, uint64_t bit)
+{
+    return sets | (m ? bit : 0);
+}
+static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
+{
+    *out = sets;
+}
 // Of a table of 16, places given by 4 bits a lane, from the lowest on.
 static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
 {

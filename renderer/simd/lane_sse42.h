@@ -95,6 +95,27 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
     return _mm_castsi128_ps(
         _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), place), place));
 }
+typedef struct CoLaneSets {
+    __m128i low, high; // halves of the sets
+} CoLaneSets;
+static inline CoLaneSets co_lane_sets_empty(void)
+{
+    return (CoLaneSets){_mm_setzero_si128(), _mm_setzero_si128()};
+}
+static inline CoLaneSets co_lane_sets_put(CoLaneSets sets, CoLaneMask m, uint64_t bit)
+{
+    __m128i is_in = _mm_castps_si128(m);
+    __m128i low = _mm_set1_epi32((int)(uint32_t)bit), high = _mm_set1_epi32((int)(bit >> 32));
+    sets.low = _mm_or_si128(sets.low, _mm_and_si128(is_in, low));
+    sets.high = _mm_or_si128(sets.high, _mm_and_si128(is_in, high));
+    return sets;
+}
+static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
+{
+    __m128i *to = (__m128i *)(void *)out;
+    _mm_storeu_si128(to, _mm_unpacklo_epi32(sets.low, sets.high));
+    _mm_storeu_si128(to + 1, _mm_unpackhi_epi32(sets.low, sets.high));
+}
 static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
 {
     const float *at = (const float *)table;

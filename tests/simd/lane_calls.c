@@ -45,7 +45,18 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const uint8_t *ind
         for (int c = 0; c < 3; c++)
             co_lane_store(at += count, point[c]);
     }
-    float *at = out + (LANE_CALL_COUNT - 1) * count;
+    float *at = out + (LANE_CALL_COUNT - 2) * count;
+    for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
+        uint64_t sets[CO_LANE_WIDTH];
+        CoLane x = co_lane_load(a + i), y = co_lane_load(b + i);
+        CoLaneSets all = co_lane_sets_put(co_lane_sets_empty(), co_lane_lt(x, y), 1ull << 3);
+        all = co_lane_sets_put(all, co_lane_le(y, x), 1ull << 40);
+        co_lane_sets_store(sets, co_lane_sets_put(all, co_lane_ne(x, y), 1ull << 63));
+        for (uint32_t k = 0; k < CO_LANE_WIDTH; k++)
+            at[i + k] = (float)(sets[k] >> 63) + 2.0f * (float)(sets[k] >> 40 & 1u) +
+                        4.0f * (float)(sets[k] & 0xffu);
+    }
+    at += count;
     for (uint32_t i = 0; i < count; i += 8) {
         uint16_t v[8];
         for (uint32_t k = 0; k < 8; k++) // some are equal, some 0xffff

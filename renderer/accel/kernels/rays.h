@@ -231,6 +231,20 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
     out->is_fit = true; // else it would not have come here
 }
 
+// Of ray j what offering it a triangle takes, and nothing else.
+static inline void rays_clamping(const Rays *rays, uint32_t j, Ray *out)
+{
+    out->org = (CoFour){rays->org[0][j], rays->org[1][j], rays->org[2][j], 0.0f};
+    out->dir = (CoFour){rays->dir[0][j], rays->dir[1][j], rays->dir[2][j], 0.0f};
+    out->inv = (CoFour){rays->inv[0][j], rays->inv[1][j], rays->inv[2][j], 0.0f};
+    out->padded_for = NULL;
+    out->pad = rays->pad[j];
+    out->entry = rays->entry[j];
+    out->exit = rays->exit[j];
+    out->to = rays->to[j];
+    out->slot = rays->slot[j];
+}
+
 // Ray j as the triangle test needs it.
 static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
 {

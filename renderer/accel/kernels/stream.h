@@ -125,12 +125,9 @@ static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
     }
 }
 
-// By child of a node: rays that enter it.
-typedef uint64_t StreamMarks __attribute__((vector_size(64)));
-
 // What became of a node: who enters each child, and in what order they are to be visited.
 typedef struct StreamNode {
-    StreamMarks active;
+    _Alignas(64) uint64_t active[CO_NODE_WIDTH];
     uint16_t order[CO_NODE_WIDTH]; // NOWHERE: no ray enters it
     uint32_t bits;                 // children that any ray enters
 } StreamNode;
@@ -181,7 +178,8 @@ static inline void beam_node(const CoWideNode *node, const Beam *beam, const Str
         co_lane_store(entry + i, co_lane_select(enters, near, nowhere()));
         out->bits |= co_lane_bits(enters) << i;
     }
-    out->active = (StreamMarks){0} + active;
+    for (int i = 0; i < CO_NODE_WIDTH; i++)
+        out->active[i] = active;
     stream_order(entry, out->order);
 }
 
@@ -192,15 +190,15 @@ static inline void stream_node(const CoWideNode *node, const Rays *rays, const S
     enum {
         PARTS = CO_NODE_WIDTH / CO_LANE_WIDTH
     };
-    const StreamMarks places = {0, 1, 2, 3, 4, 5, 6, 7};
-    StreamMarks marks = {0};
-    uint32_t any = 0;
+    CoLaneSets sets[PARTS];
     CoLane first[PARTS];
     float entry[CO_NODE_WIDTH];
-    for (int p = 0; p < PARTS; p++)
+    for (int p = 0; p < PARTS; p++) {
+        sets[p] = co_lane_sets_empty();
         first[p] = nowhere();
+    }
     for (; active; active &= active - 1) {
-        uint32_t j = (uint32_t)__builtin_ctzll(active), bits = 0;
+        uint32_t j = (uint32_t)__builtin_ctzll(active);
         for (int p = 0; p < PARTS; p++) {
             CoLane near = co_lane_set1(rays->from[j]), far = co_lane_set1(rays->to[j]);
             for (int k = 0; k < 3; k++) {
@@ -214,15 +212,16 @@ static inline void stream_node(const CoWideNode *node, const Rays *rays, const S
             }
             CoLaneMask enters = co_lane_le(near, far);
             first[p] = co_lane_select(enters, co_lane_min(first[p], near), first[p]);
-            bits |= co_lane_bits(enters) << p * CO_LANE_WIDTH;
+            sets[p] = co_lane_sets_put(sets[p], enters, 1ull << j);
         }
-        any |= bits;
-        marks |= ((((StreamMarks){0} + bits) >> places) & 1) << j;
     }
-    for (int p = 0; p < PARTS; p++)
+    out->bits = 0;
+    for (int p = 0; p < PARTS; p++) {
+        co_lane_sets_store(out->active + p * CO_LANE_WIDTH, sets[p]);
         co_lane_store(entry + p * CO_LANE_WIDTH, first[p]);
-    out->active = marks;
-    out->bits = any;
+        uint32_t bits = co_lane_bits(co_lane_le(first[p], co_lane_set1(INFINITE)));
+        out->bits |= bits << p * CO_LANE_WIDTH;
+    }
     stream_order(entry, out->order);
 }
 

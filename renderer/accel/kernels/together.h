@@ -9,16 +9,17 @@
 // A node some of whose children are still to be visited.
 typedef struct StreamFrame {
     StreamNode found;
-    uint64_t nearer; // rays that have come to end nearer since the children were tested
-    uint32_t node;
-    bool is_bounded; // only bounds of the rays were tested
+    const CoWideNode *node;
+    uint64_t nearer;  // rays that have come to end nearer since the children were tested
+    uint64_t bounded; // rays of which only bounds were
 } StreamFrame;
 
 // A child to be visited, by the rays that entered it.
 typedef struct StreamChild {
     uint64_t active;
-    uint64_t stale; // those of them that may not enter it any more
-    uint32_t node, place;
+    uint64_t stale; // those that may not enter it any more, and others
+    const CoWideNode *node;
+    uint32_t place, ref;
 } StreamChild;
 
 // A walk of rays whose directions have the same signs.
@@ -28,8 +29,10 @@ typedef struct Stream {
     const Walk *walk;
     StreamSlabs slabs;
     Beam beam;
-    uint32_t height, late_first, late_count;
+    uint32_t height;
+    uint32_t late_next, late_count;
     StreamChild late[LATE_PLACES]; // a ring
+    uint64_t late_stale[LATE_PLACES];
     // Two trees deep: of the group and of a mesh that stands in it as it is.
     StreamFrame stack[LATE_STACK + 2 * CO_TREE_DEPTH_MAX + 2];
 } Stream;
@@ -44,7 +47,17 @@ static inline void spread_nearer(Stream *stream)
     if (stream->height > 0)
         stream->stack[stream->height - 1].nearer |= nearer;
     for (uint32_t i = 0; i < LATE_PLACES; i++)
-        stream->late[i].stale |= nearer;
+        stream->late_stale[i] |= nearer;
+}
+
+// Asks for the instances among the children that are entered.
+static inline void prefetch_placed(const CoTop *top, const CoWideNode *node, uint32_t bits)
+{
+    for (; bits; bits &= bits - 1) {
+        uint32_t ref = node->child[__builtin_ctz(bits)];
+        if (ref & CO_REF_LEAF)
+            __builtin_prefetch(&top->placed[ref & ~CO_REF_LEAF]);
+    }
 }
 
 // A node's children are tested once for all rays while they are many, and then, when their turn
@@ -54,14 +67,17 @@ static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active)
     const CoWideNode *node = &stream->walk->tree->nodes[ref];
     StreamFrame *frame = &stream->stack[stream->height];
     uint32_t most = (uint32_t)__builtin_popcountll(active);
-    frame->node = ref;
-    frame->nearer = 0;
-    frame->is_bounded = most > NARROW_MOST && stream->beam.is_safe;
-    if (frame->is_bounded)
+    frame->node = node;
+    frame->nearer = frame->bounded = 0;
+    if (most > NARROW_MOST && stream->beam.is_safe) {
+        frame->bounded = active;
         beam_node(node, &stream->beam, &stream->slabs, active, &frame->found);
-    else
+    } else {
         stream_node(node, stream->rays, &stream->slabs, active, &frame->found);
+    }
     stream->height += frame->found.bits != 0;
+    if (!stream->walk->bvh)
+        prefetch_placed(stream->walk->object->top, node, frame->found.bits);
     count_nodes(stream->group, stream->walk, 1, most);
 }
 
@@ -70,9 +86,11 @@ static inline StreamChild take_child(Stream *stream)
 {
     StreamFrame *frame = &stream->stack[stream->height - 1];
     uint32_t taken = co_take_least(frame->found.order), place = taken & 7u;
-    StreamChild child = {.node = frame->node, .place = place};
-    child.active = frame->found.active[place] & ~stream->rays->done;
-    child.stale = frame->is_bounded ? ~0ull : frame->nearer;
+    StreamChild child = {.active = frame->found.active[place],
+                         .stale = frame->bounded | frame->nearer,
+                         .node = frame->node,
+                         .place = place,
+                         .ref = frame->node->child[place]};
     if (taken >> 16 != NOWHERE)
         return child;
     if (--stream->height > 0)
@@ -80,81 +98,96 @@ static inline StreamChild take_child(Stream *stream)
     return child;
 }
 
-// Rays that still enter a child. Sets its reference.
-static inline uint64_t revisit(const Stream *stream, const StreamChild *child, uint32_t *ref)
+// Drops rays that do not enter a child any more. False when none is left.
+static inline bool revisit(const Stream *stream, StreamChild *child)
 {
-    const CoWideNode *node = &stream->walk->tree->nodes[child->node];
+    child->active &= ~stream->rays->done;
     uint64_t stale = child->active & child->stale;
-    *ref = node->child[child->place];
     if (stale)
-        stale &= ~stream_child(node, child->place, stream->rays, &stream->slabs, stale);
-    return child->active & ~stale;
+        child->active &=
+            ~stale | stream_child(child->node, child->place, stream->rays, &stream->slabs, stale);
+    return child->active != 0;
 }
 
-static inline void visit(Stream *stream, uint32_t ref, uint64_t active)
+static inline void visit(Stream *stream, const StreamChild *child)
 {
     const Walk *walk = stream->walk;
-    if (!(ref & CO_REF_LEAF)) {
-        visit_node(stream, ref, active);
+    if (!(child->ref & CO_REF_LEAF)) {
+        visit_node(stream, child->ref, child->active);
         return;
     }
     if (walk->bvh)
-        stream_leaf(stream->group, stream->rays, &stream->slabs, active, walk, ref);
+        stream_leaf(stream->group, stream->rays, &stream->slabs, child->active, walk, child->ref);
     else
-        trace_instance(stream, active, ref & ~CO_REF_LEAF);
+        trace_instance(stream, child->active, child->ref & ~CO_REF_LEAF);
     if (stream->rays->nearer)
         spread_nearer(stream);
 }
 
-static inline void visit_late(Stream *stream)
+// Asks for a node or leaf of a mesh.
+static inline void prefetch_child(const CoBvh *bvh, uint32_t ref)
 {
-    uint32_t ref;
-    StreamChild *child = &stream->late[stream->late_first];
-    stream->late_first = (stream->late_first + 1) % LATE_PLACES;
-    stream->late_count--;
-    child->active &= ~stream->rays->done;
-    uint64_t active = revisit(stream, child, &ref);
-    if (active)
-        visit(stream, ref, active);
-}
-
-// Asks for a node or leaf of a mesh and comes back to it when others have been asked for: by then
-// it is there.
-static inline void defer(Stream *stream, const StreamChild *child, uint64_t active, uint32_t ref)
-{
-    const CoBvh *bvh = stream->walk->bvh;
     const char *at = (const char *)&bvh->tree.nodes[ref];
     if (ref & CO_REF_LEAF)
         at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
     for (size_t line = 0; line < sizeof(CoWideNode); line += 64) // usual leaves are smaller
         __builtin_prefetch(at + line);
-    if (stream->late_count == LATE_PLACES)
-        visit_late(stream);
-    stream->late[(stream->late_first + stream->late_count++) % LATE_PLACES] =
-        (StreamChild){active, 0, child->node, child->place};
+}
+
+// What few rays enter is asked for, and its turn comes when others have been asked for: by then it
+// is there. Puts off a child and takes the one that has waited longest in its place; false when
+// none has waited long enough.
+static inline bool put_off(Stream *stream, StreamChild *child)
+{
+    const uint32_t place = stream->late_next;
+    const StreamChild latest = *child;
+    const bool is_full = stream->late_count == LATE_PLACES;
+    prefetch_child(stream->walk->bvh, child->ref);
+    if (is_full) {
+        *child = stream->late[place];
+        child->stale = stream->late_stale[place];
+    }
+    stream->late[place] = latest;
+    stream->late_stale[place] = 0;
+    stream->late_next = (place + 1) % LATE_PLACES;
+    stream->late_count += !is_full;
+    return is_full;
+}
+
+static inline StreamChild take_late(Stream *stream)
+{
+    uint32_t place = (stream->late_next - stream->late_count--) % LATE_PLACES;
+    StreamChild oldest = stream->late[place];
+    oldest.stale = stream->late_stale[place];
+    return oldest;
 }
 
 // Rays `active` through a tree. What is on the stack stays there.
 static void descend_tree(Stream *stream, uint64_t active)
 {
     const uint32_t base = stream->height;
+    const bool waits = stream->walk->bvh != NULL;
+    StreamChild child;
     visit_node(stream, 0, active);
-    while (stream->height > base || stream->late_count > 0) {
-        if (stream->height == base) {
-            visit_late(stream);
-            continue;
+    for (;;) {
+        if (stream->height > base) {
+            child = take_child(stream);
+            if (!revisit(stream, &child))
+                continue;
+            // Going deep first needs two trees' depths; what is put off needs more while there is
+            // room.
+            if (waits && __builtin_popcountll(child.active) <= LATE_MOST &&
+                stream->height - base <= LATE_STACK &&
+                (!put_off(stream, &child) || !revisit(stream, &child)))
+                continue;
+        } else if (stream->late_count > 0) {
+            child = take_late(stream);
+            if (!revisit(stream, &child))
+                continue;
+        } else {
+            return;
         }
-        uint32_t ref;
-        const StreamChild child = take_child(stream);
-        active = revisit(stream, &child, &ref);
-        if (!active)
-            continue;
-        // Going deep first needs two trees' depths; what is put off needs more while there is room.
-        if (stream->walk->bvh && __builtin_popcountll(active) <= LATE_MOST &&
-            stream->height - base <= LATE_STACK)
-            defer(stream, &child, active, ref);
-        else
-            visit(stream, ref, active);
+        visit(stream, &child);
     }
 }
 
@@ -167,7 +200,7 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
     stream.rays = rays;
     stream.walk = walk;
     stream.slabs = stream_slabs(rays, any);
-    stream.height = stream.late_first = stream.late_count = 0;
+    stream.height = stream.late_next = stream.late_count = 0;
     stream.beam.is_safe = false;
     if (__builtin_popcountll(active) > NARROW_MOST)
         beam_load(rays, any, &stream.beam);
@@ -288,18 +321,18 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
     Group *group = stream->group;
     Rays *rays = stream->rays;
     const CoPlaced *placed = &stream->walk->object->top->placed[index];
-    const CoInstance *instance = &stream->walk->object->instances[index];
-    const CoObject *object = &group->scene->objects[instance->object];
-    Walk below = walk_of(object, stream->walk->path + placed->first_path);
-    if (is_empty(object))
-        return;
+    const uint32_t path = stream->walk->path + placed->first_path;
     if (placed->hidden_from)
         active = not_hidden(group, rays, active, placed->hidden_from);
     if (placed->is_in_place && active && !(active & rays->signed_zero)) {
-        below.is_placed = true;
+        const Walk below = {&placed->bvh->tree, placed->bvh, NULL, path, true};
         walk_in_place(stream, active, &below);
         return;
     }
+    const CoInstance *instance = &stream->walk->object->instances[index];
+    const CoObject *object = &group->scene->objects[instance->object];
+    if (is_empty(object))
+        return;
     Rays inner;
     inner.count = 0;
     inner.is_in_order = false;
@@ -308,7 +341,7 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
         return;
     rays_pad(&inner);
     rays_transform(&inner, &instance->to_object);
-    trace_object(group, &inner, object, below.path);
+    trace_object(group, &inner, object, path);
     for (uint32_t n = 0; n < inner.count; n++)
         rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
 }

@@ -13,7 +13,7 @@ enum {
     LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
-    LATE_PLACES = 6,       // such that are asked for at a time
+    LATE_PLACES = 8,       // such that are asked for at a time
     LATE_STACK = 64        // nodes on a stack up to which anything is put off
 };
 
@@ -206,9 +206,9 @@ static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *
     pad_for(ray, walk->bvh);
 }
 
-// Ray j alone against a leaf; the whole of it is looked at only if it hits.
-static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const StreamSlabs *slabs,
-                                   const Walk *walk, const CoTriLeaf *leaf, uint32_t count)
+// Ray j alone against a leaf.
+static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk,
+                                   const CoTriLeaf *leaf, uint32_t count)
 {
     LeafHits hits;
     Shear shear;
@@ -219,7 +219,9 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const S
     uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits);
     if (!pierced)
         return;
-    take_single(rays, j, slabs, walk, &ray);
+    rays_clamping(rays, j, &ray);
+    if (walk->is_placed)
+        pad_for(&ray, walk->bvh);
     offer_pierced(group, &ray, leaf, &shear, pierced, walk->path, &hits);
     rays_settle(rays, j, ray.to);
 }
@@ -239,6 +241,11 @@ static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, uint
     }
     uint32_t count;
     const CoTriLeaf leaf = open_leaf(walk->bvh, ref, &count);
+    if (__builtin_popcountll(active) <= LEAF_SINGLE_MOST) {
+        for (; active; active &= active - 1)
+            stream_leaf_ray(group, rays, (uint32_t)__builtin_ctzll(active), walk, &leaf, count);
+        return;
+    }
     for (uint32_t axis = 0; axis < 3; axis++) {
         uint64_t along = active & rays->along[axis];
         for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
@@ -249,8 +256,7 @@ static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, uint
                 continue;
             }
             for (; bits; bits &= bits - 1)
-                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), slabs, walk, &leaf,
-                                count);
+                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), walk, &leaf, count);
         }
     }
 }
