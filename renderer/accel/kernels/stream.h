@@ -183,6 +183,36 @@ static inline void beam_node(const CoWideNode *node, const Beam *beam, const Str
     stream_order(entry, out->order);
 }
 
+// Triangles of a leaf whose boxes a ray may enter.
+static inline uint32_t beam_leaf(const CoTriLeaf *leaf, uint32_t count, const Beam *beam,
+                                 const StreamSlabs *slabs)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
+        CoWide near = co_wide_set1(beam->from), far = co_wide_set1(beam->to);
+        for (int k = 0; k < 3; k++) {
+            CoWide points[POINT_VECTORS], corner[3], ends[2];
+            for (int p = 0; p < POINT_VECTORS; p++)
+                points[p] = co_wide_load(leaf->points[k] + p * CO_WIDE_WIDTH);
+            for (uint32_t c = 0; c < 3; c++)
+                corner[c] = co_wide_lookup16(points, leaf->corner + c * leaf->row, i);
+            CoWide lo = co_wide_min(co_wide_min(corner[0], corner[1]), corner[2]);
+            CoWide hi = co_wide_max(co_wide_max(corner[0], corner[1]), corner[2]);
+            CoWide first = slabs->near[k] & 1u ? hi : lo, last = slabs->near[k] & 1u ? lo : hi;
+            for (int m = 0; m < 2; m++)
+                ends[m] = co_wide_muladd(first, co_wide_set1(beam->inv[m][k]),
+                                         co_wide_set1(beam->near_c[m][k]));
+            near = co_wide_max(co_wide_min(ends[0], ends[1]), near);
+            for (int m = 0; m < 2; m++)
+                ends[m] = co_wide_muladd(last, co_wide_set1(beam->inv[m][k]),
+                                         co_wide_set1(beam->far_c[m][k]));
+            far = co_wide_min(co_wide_max(ends[0], ends[1]), far);
+        }
+        bits |= co_wide_bits(co_wide_le(near, far)) << i;
+    }
+    return bits & ((1u << count) - 1u);
+}
+
 // Few rays, each against all children.
 static inline void stream_node(const CoWideNode *node, const Rays *rays, const StreamSlabs *slabs,
                                uint64_t active, StreamNode *out)

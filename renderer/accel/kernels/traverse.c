@@ -169,16 +169,17 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     return tied ? offer_each(group, rays, j, tied, hits, path, tri) : 0;
 }
 
-// The rays `active` of the vector at j, which share a major axis, against a leaf.
+// The rays `active` of the vector at j, which share a major axis, against triangles of a leaf.
 static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slabs, uint32_t j,
                                uint32_t active, uint32_t axis, const Walk *walk,
-                               const CoTriLeaf *leaf, uint32_t count)
+                               const CoTriLeaf *leaf, uint32_t triangles)
 {
     StreamPoints points;
     StreamHits hits;
     stream_points(leaf, rays, axis, j, &points);
     const CoWide sz = co_wide_load(rays->inv[axis] + j);
-    for (uint32_t i = 0; i < count; i++) {
+    for (; triangles; triangles &= triangles - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(triangles);
         uint32_t pierced = stream_pierce(leaf, i, &points, sz, active, &hits);
         for (uint32_t unsure = hits.unsure & pierced; unsure; unsure &= unsure - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(unsure);
@@ -226,8 +227,8 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const W
     rays_settle(rays, j, ray.to);
 }
 
-static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, uint64_t active,
-                        const Walk *walk, uint32_t ref)
+static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, const Beam *beam,
+                        uint64_t active, const Walk *walk, uint32_t ref)
 {
     Ray ray;
     if (walk->bvh->patches) {
@@ -246,13 +247,17 @@ static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, uint
             stream_leaf_ray(group, rays, (uint32_t)__builtin_ctzll(active), walk, &leaf, count);
         return;
     }
-    for (uint32_t axis = 0; axis < 3; axis++) {
+    uint32_t triangles = (1u << count) - 1u;
+    if (__builtin_popcountll(active) > NARROW_MOST && beam->is_safe)
+        triangles = beam_leaf(&leaf, count, beam, slabs);
+    uint32_t left = (uint32_t)__builtin_popcount(triangles);
+    for (uint32_t axis = 0; axis < 3 && triangles; axis++) {
         uint64_t along = active & rays->along[axis];
         for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
             uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
             if (__builtin_popcount(bits) > LEAF_SINGLE_MOST) {
-                group->stats->triangles += count * (uint32_t)__builtin_popcount(bits);
-                stream_leaf_vector(group, rays, slabs, j, bits, axis, walk, &leaf, count);
+                group->stats->triangles += left * (uint32_t)__builtin_popcount(bits);
+                stream_leaf_vector(group, rays, slabs, j, bits, axis, walk, &leaf, triangles);
                 continue;
             }
             for (; bits; bits &= bits - 1)
