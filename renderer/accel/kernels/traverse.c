@@ -11,6 +11,7 @@
 enum {
     NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
+    LEAF_NARROW_MOST = 8, // to a leaf, up to which its triangles are not bounded
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
     LATE_PLACES = 8,       // such that are asked for at a time
@@ -248,7 +249,7 @@ static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, cons
         return;
     }
     uint32_t triangles = (1u << count) - 1u;
-    if (__builtin_popcountll(active) > NARROW_MOST && beam->is_safe)
+    if (__builtin_popcountll(active) > LEAF_NARROW_MOST && beam->is_safe)
         triangles = beam_leaf(&leaf, count, beam, slabs);
     uint32_t left = (uint32_t)__builtin_popcount(triangles);
     for (uint32_t axis = 0; axis < 3 && triangles; axis++) {
