@@ -74,23 +74,57 @@ static void compare(const CoMesh *mesh, uint64_t seed)
 }
 
 // Quads, with other faces among them, triangles; uniform, and edges of all levels up to that.
+enum {
+    MESHES = 6 * 6
+};
+
+static void make_number(uint32_t k, CoMesh *mesh)
+{
+    static Cage cage;
+    static uint8_t levels[6 * CAGE_MAX_FACES];
+    bool is_loop = k % 3 == 2, is_mixed = k % 2;
+    make_torus(&cage, k % 3 == 1, is_loop);
+    CohortScheme scheme = is_loop ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
+    CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : k / 6);
+    for (uint32_t e = 0; e < COUNT(levels); e++)
+        levels[e] = (uint8_t)(co_hash32(e + k) % (k / 6 + 1));
+    desc.edge_levels = is_mixed ? levels : NULL;
+    make_mesh(&desc, mesh);
+    assert_non_null(mesh->patches);
+}
+
 static void hits_are_those_of_loose_triangles(void **state)
 {
     (void)state;
-    static Cage cage;
-    static uint8_t levels[6 * CAGE_MAX_FACES];
-    for (uint32_t k = 0; k < 6 * 6; k++) {
-        bool is_loop = k % 3 == 2, is_mixed = k % 2;
-        make_torus(&cage, k % 3 == 1, is_loop);
-        CohortScheme scheme = is_loop ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
-        CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : k / 6);
-        for (uint32_t e = 0; e < COUNT(levels); e++)
-            levels[e] = (uint8_t)(co_hash32(e + k) % (k / 6 + 1));
-        desc.edge_levels = is_mixed ? levels : NULL;
+    for (uint32_t k = 0; k < MESHES; k++) {
         CoMesh mesh;
-        make_mesh(&desc, &mesh);
-        assert_non_null(mesh.patches);
+        make_number(k, &mesh);
         compare(&mesh, k);
+        co_mesh_destroy(&mesh);
+    }
+}
+
+// Leaves of moved points differ, and those of points moved back are what they were.
+static void refits_write_leaves_again(void **state)
+{
+    (void)state;
+    for (uint32_t k = 0; k < MESHES; k++) {
+        CoMesh mesh;
+        make_number(k, &mesh);
+        CoBvh *bvh = co_bvh_create(&mesh, NULL);
+        unsigned char *before = malloc(bvh->leaf_bytes + 1);
+        assert_true(bvh && before);
+        memcpy(before, bvh->leaves, bvh->leaf_bytes);
+        float *points = (float *)(uintptr_t)mesh.points;
+        for (int pass = 0; pass < 2; pass++) {
+            for (uint32_t p = 0; p < mesh.point_count; p++)
+                points[3 * p] *= pass ? 0.5f : 2.0f;
+            assert_true(co_bvh_refit(bvh, &mesh));
+            bool is_same = memcmp(before, bvh->leaves, bvh->leaf_bytes) == 0;
+            assert_true(is_same == (pass == 1 || mesh.patches->level < 2));
+        }
+        free(before);
+        co_bvh_destroy(bvh);
         co_mesh_destroy(&mesh);
     }
 }
@@ -272,6 +306,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hits_are_those_of_loose_triangles),
+        cmocka_unit_test(refits_write_leaves_again),
         cmocka_unit_test(nothing_leaks_between_levels),
         cmocka_unit_test(flat_and_far_boxes_hold),
         cmocka_unit_test(faces_and_trees_are_small),
