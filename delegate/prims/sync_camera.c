@@ -57,6 +57,9 @@ static void conform(CohortConformPolicy policy, double aspect, double *width, do
     }
 }
 
+// Rays of a lens are parallel when it is focused there; at infinity itself they would be no numbers.
+static const double focus_most = 1e18;
+
 static double positive_or(double value, double fallback)
 {
     return value > 0.0 && isfinite(value) ? value : fallback;
@@ -88,6 +91,6 @@ void co_camera_desc(const CoPrim *prim, const CohortRenderPassState *state, uint
     if (!state->disable_depth_of_field && !c->orthographic && c->f_stop > 0.0 &&
         c->focus_distance > 0.0) {
         out->lens_radius = 0.1 * focal / (2.0 * c->f_stop);
-        out->focus_distance = c->focus_distance;
+        out->focus_distance = fmin(c->focus_distance, focus_most);
     }
 }

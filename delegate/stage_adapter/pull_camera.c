@@ -17,6 +17,36 @@ static void report_number(const CohortAdapter *a, const CohortPrim *prim, const 
     co_adapter_report(a, prim, name, text, action);
 }
 
+// What the delegate cannot make a camera of, it replaces (prims/sync_camera.c).
+static void report_replaced(const CohortAdapter *a, const CohortPrim *prim,
+                            const CohortCameraSource *c)
+{
+    const struct {
+        const char *name;
+        double value;
+        bool is_good;
+        const char *action;
+    } checks[] = {
+        {"focalLength", c->focal_length, c->focal_length > 0.0 && isfinite(c->focal_length),
+         "treated as 50"},
+        {"horizontalAperture", c->horizontal_aperture,
+         c->horizontal_aperture > 0.0 && isfinite(c->horizontal_aperture), "treated as 20.955"},
+        {"verticalAperture", c->vertical_aperture,
+         c->vertical_aperture > 0.0 && isfinite(c->vertical_aperture), "treated as 15.2908"},
+        {"fStop", c->f_stop, c->f_stop >= 0.0, "no depth of field"},
+        {"focusDistance", c->focus_distance, c->focus_distance >= 0.0, "no depth of field"},
+        {"clippingRange", c->clip_near, c->clip_far > c->clip_near, "nothing is cut behind"}};
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
+        char value[32];
+        snprintf(value, sizeof value, "%g", checks[i].value);
+        if (!checks[i].is_good)
+            co_adapter_report(a, prim, checks[i].name, value, checks[i].action);
+    }
+    const char *projection = cohort_prim_token(prim, "projection", a->time, "perspective");
+    if (!c->orthographic && strcmp(projection, "perspective") != 0)
+        co_adapter_report(a, prim, "projection", projection, "treated as perspective");
+}
+
 static void report_unsupported(const CohortAdapter *a, const CohortPrim *prim)
 {
     CohortValue planes;
@@ -65,8 +95,10 @@ bool co_pull_camera(void *cookie, const char *path, CohortCameraSource *out, Coh
         return true;
     }
     read_camera(a, record->prim, out);
-    if (a->resolved.camera && strcmp(path, a->resolved.camera) == 0)
+    if (a->resolved.camera && strcmp(path, a->resolved.camera) == 0) {
+        report_replaced(a, record->prim, out);
         report_unsupported(a, record->prim);
+    }
     return true;
 }
 
