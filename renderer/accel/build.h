@@ -24,12 +24,11 @@ typedef struct CoBuildPrim {
 
 // What leaves look like. Its functions are called from any thread.
 typedef struct CoLeafRule {
-    // True when these may be one leaf, which must hold for a single one; *bytes is its size then, a
-    // multiple of CO_LEAF_UNIT, and 0 where leaves are only references. Each of these is written as
-    // a leaf later.
-    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes);
-    // Writes a leaf to `out`, says its size again and gives its reference, less its place, which
-    // the builder adds.
+    // True when these may be one leaf, which must hold for a single one. They are written as a leaf
+    // later then.
+    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count);
+    // Writes a leaf to `out`, says its size, a multiple of CO_LEAF_UNIT, 0 where leaves are only
+    // references, and gives its reference, less its place, which the builder adds.
     uint32_t (*emit)(const void *context, const CoBuildPrim *prims, size_t count,
                      unsigned char *out, size_t *bytes);
     // Of these there will soon be leaves: a hint, NULL if it is of no use.

@@ -10,27 +10,27 @@
 
 // A leaf of one triangle; those of more take less for each.
 enum {
-    LEAF_PRIM_BYTES = 64
+    LEAF_PRIM_BYTES = 48
 };
 
 // The triangles of a leaf and the distinct points they share.
 typedef struct Corners {
-    uint32_t points[CO_LEAF_POINTS];
+    uint32_t points[CO_LEAF_WIDTH];
     uint8_t corner[3][CO_LEAF_WIDTH]; // into points
     uint32_t point_count;
 } Corners;
 
 // False when there are more points than a leaf holds.
-static bool share_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count, Corners *out)
+static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, Corners *out)
 {
     Co8 points[2] = {co8_set1(UINT32_MAX), co8_set1(UINT32_MAX)}; // no point has this index
     uint32_t point_count = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
-        co_mesh_triangle(mesh, prims[i].id, tri);
+        co_mesh_triangle(mesh, tris[i], tri);
         for (size_t c = 0; c < 3; c++) {
             uint32_t same = co8_equal(&points[0], tri[c]) | co8_equal(&points[1], tri[c]) << 8;
-            if (!same && point_count == CO_LEAF_POINTS)
+            if (!same && point_count == CO_LEAF_WIDTH)
                 return false;
             if (!same)
                 co8_put(&points[point_count / 8], point_count % 8, tri[c]);
@@ -43,44 +43,19 @@ static bool share_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t co
     return true;
 }
 
-static uint32_t least_id(const CoBuildPrim *prims, size_t count, bool *is_near)
-{
-    uint32_t least = prims[0].id, most = least;
-    for (size_t i = 1; i < count; i++) {
-        least = prims[i].id < least ? prims[i].id : least;
-        most = prims[i].id > most ? prims[i].id : most;
-    }
-    *is_near = most - least <= UINT16_MAX;
-    return least;
-}
-
 // Asks for the points too, which are wanted when the leaf is written.
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
 {
     const CoMesh *mesh = context;
     Corners corners;
-    bool is_near;
-    if (!share_points(mesh, prims, count, &corners))
+    uint32_t tris[CO_LEAF_WIDTH];
+    for (size_t i = 0; i < count; i++)
+        tris[i] = prims[i].id;
+    if (!share_points(mesh, tris, count, &corners))
         return false;
     for (size_t j = 0; j < corners.point_count; j++)
         __builtin_prefetch(mesh->points + 3 * (size_t)corners.points[j]);
-    least_id(prims, count, &is_near);
-    *bytes = co_leaf_size((uint32_t)count, corners.point_count, is_near);
     return true;
-}
-
-// Corner 0 of triangle 0, which is the first point that was found, is put last.
-static void pack_corners(const Corners *corners, uint32_t count, uint32_t *words)
-{
-    const uint32_t row = (count + 7) / 8, points = corners->point_count;
-    memset(words, 0, 3 * sizeof *words * row);
-    for (uint32_t c = 0; c < 3; c++) {
-        for (uint32_t i = 0; i < count; i++) {
-            uint32_t place = corners->corner[c][i];
-            place = place ? place - 1 : points - 1;
-            words[c * row + i / 8] |= place << 4 * (i & 7);
-        }
-    }
 }
 
 static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
@@ -89,36 +64,69 @@ static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
     return out + count;
 }
 
-static unsigned char *put_tris(unsigned char *out, const CoBuildPrim *prims, size_t count,
-                               uint32_t first, bool is_near)
+static unsigned char *put_corners(unsigned char *out, const Corners *corners, size_t count)
 {
-    for (size_t i = is_near ? 0 : 1; i < count; i++) {
-        uint16_t above = (uint16_t)(prims[i].id - first);
-        out = is_near ? put(out, &above, sizeof above) : put(out, &prims[i].id, sizeof prims[i].id);
+    const size_t row = (count + 1) / 2;
+    *out++ = (unsigned char)((count - 1) | (corners->point_count - 1) << 4);
+    memset(out, 0, co_leaf_first((uint32_t)count) - 1);
+    for (size_t c = 0; c < 3; c++)
+        for (size_t i = 0; i < count; i++)
+            out[c * row + i / 2] |= (unsigned char)(corners->corner[c][i] << 4 * (i & 1));
+    return out + co_leaf_first((uint32_t)count) - 1;
+}
+
+// What stands behind the points, see node.h.
+static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t count, bool is_near)
+{
+    uint32_t skipped[CO_LEAF_WIDTH], starts = 1, runs = 0;
+    for (uint32_t i = 1; i < count; i++) {
+        if (tris[i] == tris[i - 1] + 1)
+            continue;
+        starts |= 1u << i;
+        skipped[runs++] = tris[i] - tris[0] - i;
     }
-    return out;
+    out = put(out, &(uint16_t){(uint16_t)starts}, sizeof(uint16_t));
+    if (!is_near || runs % 2 == 0)
+        memset(out + (is_near ? 2 * runs : 0), 0, sizeof(uint16_t));
+    if (!is_near)
+        return put(out + sizeof(uint16_t), skipped, runs * sizeof *skipped);
+    for (uint32_t i = 0; i < runs; i++)
+        out = put(out, &(uint16_t){(uint16_t)skipped[i]}, sizeof(uint16_t));
+    return out + (runs % 2 ? 0 : sizeof(uint16_t));
+}
+
+static void sort_numbers(uint32_t *numbers, size_t count)
+{
+    for (size_t i = 1; i < count; i++) {
+        uint32_t number = numbers[i];
+        size_t at = i;
+        for (; at > 0 && numbers[at - 1] > number; at--)
+            numbers[at] = numbers[at - 1];
+        numbers[at] = number;
+    }
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
                           unsigned char *out, size_t *bytes)
 {
     const CoMesh *mesh = context;
+    const unsigned char *begin = out;
     Corners corners;
-    bool is_near;
-    uint32_t n = (uint32_t)count, words[3 * CO_LEAF_WIDTH / 8];
-    share_points(mesh, prims, count, &corners);
-    pack_corners(&corners, n, words);
-    uint32_t least = least_id(prims, count, &is_near), points = corners.point_count;
-    uint32_t first = is_near ? least | CO_LEAF_NEAR : prims[0].id;
-    *bytes = co_leaf_size(n, points, is_near);
-    memset(out + *bytes - CO_LEAF_UNIT, 0, CO_LEAF_UNIT);
-    out = put(out, words, 3 * sizeof *words * ((n + 7) / 8));
+    uint32_t tris[CO_LEAF_WIDTH];
+    for (size_t i = 0; i < count; i++)
+        tris[i] = prims[i].id;
+    sort_numbers(tris, count);
+    share_points(mesh, tris, count, &corners);
+    bool is_near = tris[count - 1] - tris[0] <= UINT16_MAX;
+    uint32_t first = tris[0] | (is_near ? CO_LEAF_NEAR : 0);
+    out = put_corners(out, &corners, count);
     out = put(out, &first, sizeof first);
     for (size_t k = 0; k < 3; k++)
-        for (uint32_t j = 1; j <= points; j++) // the first last
-            out = put(out, &mesh->points[3 * (size_t)corners.points[j % points] + k], sizeof(float));
-    put_tris(out, prims, count, least, is_near);
-    return CO_REF_LEAF | (n - 1) << CO_REF_COUNT_SHIFT;
+        for (size_t j = 0; j < corners.point_count; j++)
+            out = put(out, &mesh->points[3 * (size_t)corners.points[j] + k], sizeof(float));
+    out = put_runs(out, tris, count, is_near);
+    *bytes = (size_t)(out - begin);
+    return CO_REF_LEAF;
 }
 
 static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
@@ -164,7 +172,6 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
 static void take_parts(CoBvh *bvh, const CoMesh *mesh, const CoTreeParts *parts)
 {
     bvh->tree = parts->tree;
-    bvh->points = mesh->points;
     bvh->leaves = parts->leaves;
     bvh->leaf_bytes = parts->leaf_bytes;
     bvh->leaf_capacity = parts->leaf_capacity;

@@ -123,6 +123,7 @@ static void write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
     CoBox box = tile_box(mesh, tile);
     CoGridLeaf leaf = {.patch = tile->patch, .i = (uint16_t)tile->i, .j = (uint16_t)tile->j};
     uint32_t side = tile_side(tile), blocks = 1u << 2 * side;
+    leaf.side = (uint8_t)side;
     for (int k = 0; k < 3; k++) {
         leaf.origin[k] = box.lo[k];
         leaf.exponent[k] = find_exponent(box.lo[k], box.hi[k]);
@@ -140,35 +141,30 @@ static void write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
     }
 }
 
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
 {
-    const CoMesh *mesh = context;
-    (void)count;
-    *bytes = mesh->patches->level == 0 ? CO_LEAF_UNIT : 0;
-    if (mesh->patches->level > 1) {
-        Tile tile = find_tile(mesh->patches, prims[0].id);
-        *bytes = tile_size(&tile);
-    }
-    return true;
+    (void)context;
+    (void)prims;
+    return count <= CO_LIST_PATCHES;
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
                           unsigned char *out, size_t *bytes)
 {
     const CoMesh *mesh = context;
-    uint32_t bits = (uint32_t)(count - 1);
-    leaf_fits(context, prims, count, bytes);
+    *bytes = 0;
     if (mesh->patches->level == 1)
         return CO_REF_LEAF | prims[0].id;
     if (mesh->patches->level == 0) {
+        *bytes = sizeof(uint32_t) * CO_LIST_PATCHES;
         for (size_t k = 0; k < CO_LIST_PATCHES; k++)
             memcpy(out + 4 * k, &prims[k < count ? k : 0].id, 4);
     } else {
         Tile tile = find_tile(mesh->patches, prims[0].id);
+        *bytes = tile_size(&tile);
         write_tile(mesh, &tile, out);
-        bits = tile_side(&tile);
     }
-    return CO_REF_LEAF | bits << CO_REF_COUNT_SHIFT;
+    return CO_REF_LEAF;
 }
 
 CoLeafRule co_grid_rule(const CoMesh *mesh)
@@ -182,7 +178,6 @@ CoLeafRule co_grid_rule(const CoMesh *mesh)
 CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 {
     const CoPatchTable *table = mesh->patches;
-    uint32_t bits = ref >> CO_REF_COUNT_SHIFT & 7u;
     unsigned char *leaf = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
     if (table->level == 1)
         return co_grid_box(mesh, ref & ~CO_REF_LEAF);
@@ -191,7 +186,7 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
         uint32_t patches[CO_LIST_PATCHES];
         co_box_empty(&all);
         memcpy(patches, leaf, sizeof patches);
-        for (uint32_t k = 0; k <= bits; k++) {
+        for (uint32_t k = 0; k < CO_LIST_PATCHES; k++) {
             CoBox box = co_grid_box(mesh, patches[k]);
             co_box_extend(&all, box.lo, box.hi);
         }
@@ -207,6 +202,7 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
 {
     bvh->patches = mesh->patches;
+    bvh->points = mesh->points;
     if (mesh->patches->level == 1) {
         bvh->leaf_at = (const void *)mesh->patches->words;
         bvh->leaf_stride = mesh->patches->stride * sizeof *mesh->patches->words;

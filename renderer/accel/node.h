@@ -11,18 +11,16 @@
 
 enum {
     CO_NODE_WIDTH = 8,
-    CO_LEAF_WIDTH = 16,     // most triangles of a leaf
+    CO_LEAF_WIDTH = 16,     // most triangles of a leaf, and most distinct points
     CO_GROUP_DEPTH_MAX = 8, // groups within groups, the root counted
     CO_TREE_DEPTH_MAX = 96, // see build.c; a walk's stack never holds more than 7 per level
     CO_STACK_SIZE = 7 * CO_TREE_DEPTH_MAX + 8
 };
 
-// A child: an inner node's index, or with CO_REF_LEAF a leaf. A leaf of a mesh has its triangle
-// count - 1 in bits 27..30 and its place, in units of CO_LEAF_UNIT, below; a leaf of a group has the
-// instance's index.
+// A child: an inner node's index, or with CO_REF_LEAF a leaf. A leaf of a mesh has its place, in
+// units of CO_LEAF_UNIT, below; a leaf of a group has the instance's index.
 #define CO_REF_LEAF 0x80000000u
-#define CO_REF_COUNT_SHIFT 27
-#define CO_REF_LEAF_PLACE 0x07ffffffu
+#define CO_REF_LEAF_PLACE 0x7fffffffu
 #define CO_REF_NONE 0x7fffffffu
 
 // Up to 8 children. Rows: 2 axis + (0 = low plane, 1 = high plane). Children that are not there
@@ -33,71 +31,69 @@ typedef struct CoWideNode {
 } CoWideNode;
 _Static_assert(sizeof(CoWideNode) == 224, "a node is seven half cache lines");
 
-// Up to CO_LEAF_WIDTH triangles that share at most 16 points, packed; each point stands once and is
-// sheared once.
+// Up to 16 triangles over at most 16 points, packed; each point stands once and is sheared once.
+// Triangles stand in the order of their numbers, which mostly come in runs.
 //
-//   uint32_t corner[3][(n + 7) / 8]  places of corner 0 of every triangle, of corner 1, 2: 4 bits
-//                                    each from the lowest on. Corner 0 of triangle 0 is the last
-//                                    point, which tells how many there are
-//   uint32_t first                   a triangle of the mesh. CO_LEAF_NEAR: the least of all
+//   uint8_t  sizes                   n - 1, and p - 1 from bit 4 on
+//   uint8_t  corner[3][(n + 1) / 2]  point of corner 0 of every triangle, then of corner 1, 2: 4
+//                                    bits each, the lower first
+//   (to a multiple of 4)
+//   uint32_t first                   number of triangle 0 in the mesh; CO_LEAF_NEAR: see skipped
 //   float    points[3][p]            by axis
-//   uint32_t tri[n - 1]              the other triangles; with CO_LEAF_NEAR uint16_t [n], all of
-//                                    them, less the least
-//   (to a multiple of 16)
+//   uint16_t starts                  bit i: i begins a run
+//   uint32_t skipped[]               of each run but the first: numbers skipped before it in all;
+//                                    with CO_LEAF_NEAR uint16_t, else at a multiple of 4
+//   (to a multiple of 4)
 //
-// Kernels load 16 points and leave what is beyond the end alone: the last leaf has CO_LEAF_TAIL
-// bytes behind it.
+// Kernels load 16 of everything and leave what is beyond the end alone: the last leaf has
+// CO_LEAF_TAIL bytes behind it.
 enum {
-    CO_LEAF_UNIT = 16,
-    CO_LEAF_TAIL = 64,
-    CO_LEAF_POINTS = 16
+    CO_LEAF_UNIT = 4,
+    CO_LEAF_TAIL = 64
 };
 #define CO_LEAF_NEAR 0x80000000u
 
 typedef struct CoTriLeaf {
-    uint32_t point_count;
-    size_t row;             // words of a row of corners
-    const uint32_t *corner; // three rows
+    uint32_t count, point_count;
+    size_t row;            // bytes of corners
+    const uint8_t *corner; // three rows
     const float *points[3];
 } CoTriLeaf;
 
-static inline uint32_t co_leaf_count(uint32_t ref)
+// Where `first` is in a leaf of so many.
+static inline size_t co_leaf_first(uint32_t count)
 {
-    return (ref >> CO_REF_COUNT_SHIFT & (CO_LEAF_WIDTH - 1u)) + 1;
+    return (1 + 3 * (size_t)((count + 1) / 2) + 3) & ~(size_t)3;
 }
 
-static inline CoTriLeaf co_leaf_open(const unsigned char *bytes, uint32_t count)
+static inline CoTriLeaf co_leaf_open(const unsigned char *bytes)
 {
-    const uint32_t *words = (const void *)bytes;
-    CoTriLeaf leaf = {.corner = words, .row = (count + 7) / 8};
-    leaf.point_count = (words[0] & 15u) + 1;
-    leaf.points[0] = (const float *)(const void *)(words + 3 * leaf.row + 1);
+    CoTriLeaf leaf = {.count = (bytes[0] & 15u) + 1, .point_count = (bytes[0] >> 4) + 1u};
+    leaf.row = (leaf.count + 1) / 2;
+    leaf.corner = bytes + 1;
+    leaf.points[0] = (const float *)(const void *)(bytes + co_leaf_first(leaf.count) + 4);
     leaf.points[1] = leaf.points[0] + leaf.point_count;
     leaf.points[2] = leaf.points[1] + leaf.point_count;
     return leaf;
 }
 
-static inline size_t co_leaf_size(uint32_t count, uint32_t points, bool is_near)
-{
-    size_t words = 3 * (size_t)((count + 7) / 8) + 1 + 3 * (size_t)points;
-    size_t bytes = 4 * words + (is_near ? 2 * (size_t)count : 4 * (size_t)(count - 1));
-    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
-}
-
 // Which point corner c of triangle i is.
 static inline uint32_t co_leaf_corner(const CoTriLeaf *leaf, uint32_t c, uint32_t i)
 {
-    return leaf->corner[c * leaf->row + i / 8] >> 4 * (i & 7u) & 15u;
+    return (uint32_t)leaf->corner[c * leaf->row + i / 2] >> 4 * (i & 1u) & 15u;
 }
 
 // The number of triangle i in the mesh.
 static inline uint32_t co_leaf_tri(const CoTriLeaf *leaf, uint32_t i)
 {
-    uint32_t first = leaf->corner[3 * leaf->row];
-    const void *others = leaf->points[2] + leaf->point_count;
-    if (first & CO_LEAF_NEAR)
-        return (first & ~CO_LEAF_NEAR) + ((const uint16_t *)others)[i];
-    return i ? ((const uint32_t *)others)[i - 1] : first;
+    const uint32_t first = *((const uint32_t *)(const void *)leaf->points[0] - 1);
+    const uint16_t *starts = (const void *)(leaf->points[2] + leaf->point_count);
+    uint32_t runs = (uint32_t)__builtin_popcount(*starts & ((2u << i) - 1u)), skipped = 0;
+    if (runs > 1 && first & CO_LEAF_NEAR)
+        skipped = starts[runs - 1];
+    else if (runs > 1)
+        skipped = ((const uint32_t *)(const void *)starts)[runs - 1];
+    return (first & ~CO_LEAF_NEAR) + i + skipped;
 }
 
 typedef struct CoBox {
@@ -119,9 +115,9 @@ struct CoBvh {
     // What leaf references count: leaves and CO_LEAF_UNIT, or the mesh's patches themselves.
     const unsigned char *leaf_at;
     size_t leaf_stride;
-    const float *points; // of the mesh
     // Of a mesh of patches, whose leaves are those of grid_leaf.h; else NULL.
     const CoPatchTable *patches;
+    const float *points;
 };
 
 // All that a walk wants of an instance: one cache line.

@@ -97,11 +97,11 @@ typedef struct LeafRefit {
 static CoBox refit_triangles(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 {
     unsigned char *bytes = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
-    const CoTriLeaf leaf = co_leaf_open(bytes, co_leaf_count(ref));
+    const CoTriLeaf leaf = co_leaf_open(bytes);
     unsigned char *points = bytes + ((const unsigned char *)leaf.points[0] - bytes);
     CoBox box;
     co_box_empty(&box);
-    for (uint32_t j = 0; j < co_leaf_count(ref); j++) {
+    for (uint32_t j = 0; j < leaf.count; j++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, co_leaf_tri(&leaf, j), tri);
         for (uint32_t c = 0; c < 3; c++) {
@@ -138,7 +138,6 @@ bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh)
     double cost = built_cost(&bvh->tree);
     LeafRefit refit = {bvh, mesh};
     co_parallel_for(bvh->tree.node_count, LEAF_GRAIN, refit_leaves, &refit);
-    bvh->points = mesh->points;
     if (mesh->patches)
         co_grid_attach(bvh, mesh);
     return refit_tree(&bvh->tree, cost);

@@ -117,13 +117,12 @@ static uint32_t grow(CoSubtree *s, const CoRange *range)
 {
     uint32_t index = (uint32_t)s->node_count++;
     CoBinaryNode *node = &s->nodes[index];
-    size_t bytes = 0;
     node->box = range->box;
     node->first = range->first;
     node->count = range->count;
     node->right = 0;
     if (range->count <= s->rule->most &&
-        s->rule->fits(s->rule->context, s->prims + range->first, range->count, &bytes)) {
+        s->rule->fits(s->rule->context, s->prims + range->first, range->count)) {
         write_pending(s);
         s->pending = index + 1;
         co_plan_node(node, NULL, NULL, s->scale);

@@ -12,11 +12,10 @@
 // kernel.
 #define BOX_PADDING 0x1p-18
 
-static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count)
 {
     (void)context;
     (void)prims;
-    *bytes = 0;
     return count == 1;
 }
 

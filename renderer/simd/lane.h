@@ -55,12 +55,7 @@ typedef CoLaneMask CoWideMask;
 #define co_wide_select co_lane_select
 #define co_wide_bits co_lane_bits
 #define co_wide_mask co_lane_mask
-
-// Of lanes i to i + CO_WIDE_WIDTH of as many as have places, which are 4 bits each.
-static inline CoWide co_wide_lookup16(const CoWide *table, const uint32_t *places, uint32_t i)
-{
-    return co_lane_lookup16(table, places[i / 8] >> 4 * (i % 8));
-}
+#define co_wide_lookup16 co_lane_lookup16
 #endif
 
 // The middle of three: a limited to [lo, hi] where lo <= hi.

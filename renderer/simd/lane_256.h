@@ -61,6 +61,12 @@ static inline CoLane co_lane_copysign(CoLane a, CoLane b)
     __m256 sign = _mm256_set1_ps(-0.0f);
     return _mm256_or_ps(_mm256_andnot_ps(sign, a), _mm256_and_ps(sign, b));
 }
+// 8 places of 4 bits, each in the lowest of a lane.
+static inline __m256i co_lane_places(const uint8_t *places)
+{
+    __m256i all = _mm256_broadcastd_epi32(_mm_loadu_si32(places));
+    return _mm256_srlv_epi32(all, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
+}
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);

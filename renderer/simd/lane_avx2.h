@@ -41,14 +41,12 @@ static inline CoLaneMask co_lane_mask(uint32_t bits)
     return _mm256_castsi256_ps(
         _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), place), place));
 }
-static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
+static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places, uint32_t i)
 {
-    __m256i all = _mm256_set1_epi32((int)places); // only the lowest bits count
-    __m256i low = _mm256_srlv_epi32(all, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
-    __m256i high = _mm256_sllv_epi32(all, _mm256_setr_epi32(28, 24, 20, 16, 12, 8, 4, 0));
-    __m256 a = _mm256_permutevar8x32_ps(table[0], low);
-    __m256 b = _mm256_permutevar8x32_ps(table[1], low);
-    return _mm256_blendv_ps(a, b, _mm256_castsi256_ps(high));
+    __m256i at = co_lane_places(places + i / 2); // bit 3 chooses the half, bits above do not count
+    __m256 low = _mm256_permutevar8x32_ps(table[0], at);
+    __m256 high = _mm256_permutevar8x32_ps(table[1], at);
+    return _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32(at, 28)));
 }
 typedef struct CoLaneSets {
     __m256i low, high; // halves of the sets

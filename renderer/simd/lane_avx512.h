@@ -137,14 +137,11 @@ static inline CoWideMask co_wide_mask(uint32_t bits)
 {
     return (__mmask16)bits;
 }
-// Places of lanes 0 to 7 and 8 to 15. Only the lowest bits count.
-static inline CoWide co_wide_lookup16(const CoWide *table, const uint32_t *places, uint32_t i)
+// Bits above the place do not count.
+static inline CoWide co_wide_lookup16(const CoWide *table, const uint8_t *places, uint32_t i)
 {
-    (void)i; // 0
-    const __m256i shifts = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
-    __m256i low = _mm256_srlv_epi32(_mm256_set1_epi32((int)places[0]), shifts);
-    __m256i high = _mm256_srlv_epi32(_mm256_set1_epi32((int)places[1]), shifts);
-    __m512i all = _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+    __m512i low = _mm512_castsi256_si512(co_lane_places(places + i / 2));
+    __m512i all = _mm512_inserti64x4(low, co_lane_places(places + i / 2 + 4), 1);
     return _mm512_permutexvar_ps(all, *table);
 }
 

@@ -111,10 +111,11 @@ static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
 {
     *out = sets;
 }
-// Of a table of 16, places given by 4 bits a lane, from the lowest on.
-static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
+// Of a table of 16 numbers those for lanes i on, a multiple of the width; places are 4 bits each, the
+// lower of a byte first. Reads places of 16.
+static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places, uint32_t i)
 {
-    return table[places & 15];
+    return table[places[i / 2] >> 4 * (i & 1) & 15];
 }
 // Bytes as numbers.
 static inline CoLane co_lane_load_bytes(const uint8_t *p)

@@ -116,11 +116,11 @@ static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
     _mm_storeu_si128(to, _mm_unpacklo_epi32(sets.low, sets.high));
     _mm_storeu_si128(to + 1, _mm_unpackhi_epi32(sets.low, sets.high));
 }
-static inline CoLane co_lane_lookup16(const CoLane *table, uint32_t places)
+static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places, uint32_t i)
 {
     const float *at = (const float *)table;
-    return _mm_setr_ps(at[places & 15], at[places >> 4 & 15], at[places >> 8 & 15],
-                       at[places >> 12 & 15]);
+    uint32_t low = places[i / 2], high = places[i / 2 + 1];
+    return _mm_setr_ps(at[low & 15], at[low >> 4], at[high & 15], at[high >> 4]);
 }
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {

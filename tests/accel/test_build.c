@@ -8,11 +8,10 @@
 #include "base/parallel.h"
 
 // Leaves of up to four ids, their count first.
-static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count)
 {
     (void)context;
     (void)prims;
-    *bytes = 32;
     return count <= 4;
 }
 
@@ -25,7 +24,7 @@ static uint32_t list_leaf(const void *context, const CoBuildPrim *prims, size_t 
         words[i + 1] = prims[i].id;
     memcpy(out, words, sizeof words);
     *bytes = sizeof words;
-    return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
+    return CO_REF_LEAF;
 }
 
 static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, NULL, 4, 32};
@@ -88,7 +87,7 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
         if (ref & CO_REF_LEAF) {
             uint32_t words[8];
             memcpy(words, check->parts->leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE), 32);
-            assert_int_equal(words[0], (ref >> CO_REF_COUNT_SHIFT & 7u) + 1);
+            assert_in_range(words[0], 1, 4);
             for (uint32_t j = 1; j <= words[0]; j++) {
                 const CoBuildPrim *prim = &check->by_id[words[j]];
                 assert_true(is_inside(prim->lo, prim->hi, &child));

@@ -13,12 +13,11 @@ typedef struct Written {
     size_t leaves, largest;
 } Written;
 
-// Leaves of at most three, of 16 bytes for each prim.
-static bool fits(const void *context, const CoBuildPrim *prims, size_t count, size_t *bytes)
+// Leaves of at most three, of a unit for each prim.
+static bool fits(const void *context, const CoBuildPrim *prims, size_t count)
 {
     (void)context;
     (void)prims;
-    *bytes = CO_LEAF_UNIT * count;
     return count <= 3;
 }
 
@@ -33,7 +32,7 @@ static uint32_t emit(const void *context, const CoBuildPrim *prims, size_t count
     written->leaves++;
     written->largest = count > written->largest ? count : written->largest;
     *bytes = CO_LEAF_UNIT * count;
-    return CO_REF_LEAF | (uint32_t)(count - 1) << CO_REF_COUNT_SHIFT;
+    return CO_REF_LEAF;
 }
 
 typedef struct Fixture {

@@ -2,8 +2,6 @@
 
 #include "simd/lane.h"
 
-#include <string.h>
-
 // One bit of a mask, as a float per lane.
 static void store_mask(float *out, CoLaneMask mask)
 {
@@ -74,15 +72,15 @@ static void store_wide_mask(float *out, CoWideMask mask)
         out[i] = (float)(bits >> i & 1u);
 }
 
-// Among the 16 numbers of `table` that i is in, by the bits of 2 of `places`.
+// Among the 16 numbers of `table` that i is in, by the bits of `places`.
 static CoWide look_up(const float *table, const float *places, uint32_t i)
 {
     CoWide held[16 / CO_WIDE_WIDTH];
-    uint32_t words[2], first = i & ~15u;
-    memcpy(words, places + first, sizeof words);
+    uint32_t first = i & ~15u;
+    const uint8_t *bytes = (const uint8_t *)(places + first);
     for (uint32_t k = 0; k < 16; k += CO_WIDE_WIDTH)
         held[k / CO_WIDE_WIDTH] = co_wide_load(table + first + k);
-    return co_wide_lookup16(held, words, i - first);
+    return co_wide_lookup16(held, bytes, i - first);
 }
 
 void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, uint32_t count,

@@ -9,8 +9,8 @@
 
 // 8 triangles over points that are gathered.
 typedef struct GridBlock {
-    uint32_t index[CO_LEAF_POINTS]; // of the points in the mesh
-    uint32_t corner[4];             // see CoTriLeaf; the last is not looked at
+    uint32_t index[CO_LEAF_WIDTH]; // of the points in the mesh
+    uint8_t corner[20];            // see CoTriLeaf; the last 8 are not looked at
     uint32_t tri[4], row;           // triangle k is tri[k & 3], in the second half row on
     uint32_t valid;                 // one bit per triangle that is one
 } GridBlock;
@@ -19,12 +19,12 @@ typedef struct GridBlock {
 static inline bool trace_block(Group *group, Ray *ray, const float *mesh_points,
                                const GridBlock *block, uint32_t path)
 {
-    float points[3][CO_LEAF_POINTS];
-    CoTriLeaf leaf = {.point_count = CO_LEAF_POINTS, .row = 1, .corner = block->corner};
+    float points[3][CO_LEAF_WIDTH];
+    CoTriLeaf leaf = {CO_GRID_TRIS, CO_LEAF_WIDTH, CO_GRID_TRIS / 2, block->corner, {NULL}};
     LeafHits hits;
     Shear shear;
     shear_load(ray, &shear);
-    for (uint32_t i = 0; i < CO_LEAF_POINTS; i += CO_LANE_WIDTH) {
+    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
         CoLane p[3];
         co_lane_load_points(mesh_points, block->index + i, p);
         for (int k = 0; k < 3; k++)
@@ -122,7 +122,7 @@ static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint3
     uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
     uint32_t tri = first_tri + (at[1] << (shift + 1)) + 2 * at[0];
     GridBlock block;
-    for (uint32_t k = 0; k < CO_LEAF_POINTS; k++)
+    for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
         block.index[k] = first;
     if (shift && (table->is_triangular || table->is_mixed)) {
         any_block_indices(table, words, 1u << shift, at[0], at[1], block.index);
@@ -133,10 +133,9 @@ static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint3
         block.index[3] = words[table->is_triangular ? 0 : 3];
         block.index[4] = words[2];
     }
-    block.corner[0] = 0x44331100u;
-    block.corner[1] = 0x85745241u;
-    block.corner[2] = 0x78674534u;
-    block.corner[3] = 0;
+    const uint8_t corner[20] = {0x00, 0x11, 0x33, 0x44, 0x41, 0x52,
+                                0x74, 0x85, 0x34, 0x45, 0x67, 0x78};
+    memcpy(block.corner, corner, sizeof corner);
     for (uint32_t k = 0; k < 4; k++)
         block.tri[k] = tri + k;
     block.row = 2u << shift;
@@ -149,15 +148,14 @@ static inline bool trace_squares(Group *group, Ray *ray, const CoBvh *bvh, uint3
 // Patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first triangles of
 // all, 0 1 2, then the second, 0 2 3.
 static inline bool trace_list(Group *group, Ray *ray, const CoBvh *bvh, const uint32_t *list,
-                              uint32_t count, uint32_t path)
+                              uint32_t path)
 {
     GridBlock block;
-    block.corner[0] = 0x32103210u;
-    block.corner[1] = 0xba987654u;
-    block.corner[2] = 0xfedcba98u;
-    block.corner[3] = 0;
+    const uint8_t corner[20] = {0x10, 0x32, 0x10, 0x32, 0x54, 0x76,
+                                0x98, 0xba, 0x98, 0xba, 0xdc, 0xfe};
+    memcpy(block.corner, corner, sizeof corner);
     block.row = 1;
-    block.valid = (1u << count) - 1u;
+    block.valid = 0;
     for (uint32_t q = 0; q < CO_LIST_PATCHES; q++) {
         const uint32_t *words = co_patch_words(bvh->patches, list[q]);
         bool is_fan = co_patch_is_fan(bvh->patches, words);
@@ -167,7 +165,8 @@ static inline bool trace_list(Group *group, Ray *ray, const CoBvh *bvh, const ui
         index[8] = words[2];
         index[12] = words[is_fan ? 0 : 3];
         block.tri[q] = co_patch_first_tri(bvh->patches, list[q]);
-        block.valid |= (uint32_t)(q < count && !is_fan) << (q + 4);
+        bool is_there = q == 0 || list[q] != list[0];
+        block.valid |= ((uint32_t)is_there | (uint32_t)(is_there && !is_fan) << 4) << q;
     }
     return trace_block(group, ray, bvh->points, &block, path);
 }
@@ -205,7 +204,7 @@ static inline bool trace_tile(Group *group, Ray *ray, const CoBvh *bvh, uint32_t
     const CoGridLeaf *leaf =
         (const void *)(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT);
     float entry[CO_TILE_BLOCKS];
-    uint32_t side = ref >> CO_REF_COUNT_SHIFT & 7u;
+    uint32_t side = leaf->side;
     uint32_t bits = 1;
     entry[0] = ray->from;
     if (side) {
@@ -239,8 +238,7 @@ static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, co
     if (bvh->patches->level == 1)
         return trace_squares(group, ray, bvh, ref & CO_REF_LEAF_PLACE, origin, path);
     const void *list = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
-    uint32_t count = (ref >> CO_REF_COUNT_SHIFT & 7u) + 1;
-    return trace_list(group, ray, bvh, list, count, path);
+    return trace_list(group, ray, bvh, list, path);
 }
 
 #endif

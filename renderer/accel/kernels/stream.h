@@ -297,8 +297,8 @@ static inline uint32_t enter_box(const Rays *rays, const StreamSlabs *slabs, uin
 
 // A leaf's points along CO_WIDE_WIDTH rays with the same major axis.
 typedef struct StreamPoints {
-    _Alignas(64) float x[CO_LEAF_POINTS][CO_WIDE_WIDTH];
-    float y[CO_LEAF_POINTS][CO_WIDE_WIDTH], z[CO_LEAF_POINTS][CO_WIDE_WIDTH];
+    _Alignas(64) float x[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
+    float y[CO_LEAF_WIDTH][CO_WIDE_WIDTH], z[CO_LEAF_WIDTH][CO_WIDE_WIDTH];
 } StreamPoints;
 
 static inline void stream_points(const CoTriLeaf *leaf, const Rays *rays, uint32_t axis, uint32_t j,

@@ -82,8 +82,10 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
 
 static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *count)
 {
-    *count = co_leaf_count(ref);
-    return co_leaf_open(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT, *count);
+    CoTriLeaf leaf =
+        co_leaf_open(bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT);
+    *count = leaf.count;
+    return leaf;
 }
 
 // Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more.

@@ -35,13 +35,13 @@ static inline void shear_load(const Ray *ray, Shear *shear)
 }
 
 enum {
-    POINT_VECTORS = CO_LEAF_POINTS / CO_WIDE_WIDTH
+    POINT_VECTORS = CO_LEAF_WIDTH / CO_WIDE_WIDTH
 };
 
 // A leaf's points along the ray, and per triangle what the lanes found.
 typedef struct LeafHits {
     CoWide x[POINT_VECTORS], y[POINT_VECTORS], z[POINT_VECTORS];
-    float t[CO_LEAF_POINTS], u[CO_LEAF_POINTS], v[CO_LEAF_POINTS];
+    float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
     uint32_t unsure; // triangles for which float does not decide
 } LeafHits;
 
@@ -53,7 +53,7 @@ static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafH
     const CoWide org_z = co_wide_set1(shear->org[2]);
     const CoWide sx = co_wide_set1(shear->sx), sy = co_wide_set1(shear->sy);
     // No branch on their number but where vectors are many.
-    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_POINTS;
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_WIDTH;
     for (uint32_t i = 0; i * CO_WIDE_WIDTH < most; i++) {
         const float *at = points + i * CO_WIDE_WIDTH;
         CoWide z = co_wide_sub(co_wide_load(at + row * shear->z), org_z);
@@ -71,8 +71,8 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shea
                                         LeafHits *out)
 {
     uint32_t pierced = 0;
-    const uint32_t *corner[3] = {leaf->corner, leaf->corner + leaf->row,
-                                 leaf->corner + 2 * leaf->row};
+    const uint8_t *corner[3] = {leaf->corner, leaf->corner + leaf->row,
+                                leaf->corner + 2 * leaf->row};
     const CoWide zero = co_wide_set1(0.0f);
     out->unsure = 0;
     for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
