@@ -260,9 +260,9 @@ bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out,
     Build build = {.prims = prims, .rule = rule, .out = out, .err = err};
     bool is_done = true;
     if (prims->count) {
-        is_done =
-            (co_opening_make(prims, &build.opening) && make_top(&build) && make_workers(&build)) ||
-            no_memory(&build);
+        is_done = (co_opening_make(prims, rule->most, &build.opening) && make_top(&build) &&
+                   make_workers(&build)) ||
+                  no_memory(&build);
         out->tree.box = build.opening.box;
         is_done = is_done && build_rounds(&build);
     }

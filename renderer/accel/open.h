@@ -16,11 +16,11 @@ typedef struct CoOpening {
     size_t range_count, range_capacity, binary_count, binary_capacity;
     size_t largest; // prims of a range
     CoBox box;
-    double scale; // 1 / area of the box
+    double scale; // see CoSubtree
 } CoOpening;
 
-// Takes at least one prim. False when memory ends; *out is to be cleared all the same.
-bool co_opening_make(const CoPrimArray *prims, CoOpening *out);
+// Takes at least one prim; `leaf` of them at most become a leaf. False when memory ends; *out is to be cleared all the same.
+bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out);
 void co_opening_clear(CoOpening *opening);
 
 #endif

@@ -7,6 +7,7 @@
 // Costs of a walk relative to each other: testing a node's 8 boxes, testing a leaf's triangles.
 #define NODE_COST 1.0f
 #define LEAF_COST 1.2f
+#define NODE_ROOM 1.0f // the memory of a node, see open.c
 
 enum {
     NEAR = 64 // ranges of this size are leaves soon
@@ -38,7 +39,7 @@ void co_plan_node(CoBinaryNode *node, const CoBinaryNode *left, const CoBinaryNo
         return;
     }
     float as_node = share_children(left, right, CO_NODE_WIDTH, &node->left[CO_NODE_WIDTH]);
-    node->cost[1] = as_node + area * NODE_COST;
+    node->cost[1] = as_node + area * NODE_COST + NODE_ROOM;
     for (int j = 2; j < CO_NODE_WIDTH; j++) {
         node->cost[j] = share_children(left, right, j, &node->left[j]);
         if (node->cost[j] < node->cost[j - 1])

@@ -23,7 +23,7 @@ typedef struct CoSubtree {
     CoBuildPrim *moved;  // room for `most`
     CoBuildPrim *prims;  // of the whole tree
     const CoLeafRule *rule;
-    double scale;          // 1 / area of the whole tree
+    double scale;          // of areas, so that a walk's cost compares with a node's memory
     unsigned char *leaves; // room for `most` times the rule's prim_bytes
     size_t node_count, leaf_bytes;
     size_t pending; // 1 + the node whose leaf is not written yet, 0: none

@@ -50,7 +50,7 @@ static void ranges_cover_everything_once(void **state)
             CoPrimArray prims = {mine, counts[c], counts[c]};
             prims_fill(mine, counts[c], (PrimKind)kind, c);
             CoOpening o;
-            assert_true(co_opening_make(&prims, &o));
+            assert_true(co_opening_make(&prims, 1, &o));
             check_opening(&o, mine, counts[c]);
             assert_true(counts[c] > 4096 ? o.range_count > 1 : o.range_count == 1);
             assert_true(o.scale >= 0.0 && isfinite(o.scale));
@@ -73,7 +73,7 @@ static void threads_do_not_show(void **state)
         CoPrimArray prims = {mine[i], COUNT, COUNT};
         co_worker_count_set(1 + 4 * i);
         prims_fill(mine[i], COUNT, PRIMS_ANYWHERE, 5);
-        assert_true(co_opening_make(&prims, &o[i]));
+        assert_true(co_opening_make(&prims, 1, &o[i]));
     }
     co_worker_count_set(0);
     assert_memory_equal(mine[0], mine[1], COUNT * sizeof **mine);
@@ -106,7 +106,7 @@ static void no_memory_leaves_nothing_behind(void **state)
         CoOpening o;
         prims_fill(mine, COUNT, PRIMS_ANYWHERE, 5);
         co_memory_fail_after(++n);
-        is_made = co_opening_make(&prims, &o);
+        is_made = co_opening_make(&prims, 1, &o);
         co_memory_fail_after(0);
         co_opening_clear(&o);
         assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), live);
