@@ -516,6 +516,28 @@ static void test_edge_length_decides_levels(void **state)
     assert_int_equal(diced_level(1e-6, 50.0), 8); // the finest there is
 }
 
+// Of twenty placements the one counts that is seen largest, whichever it is.
+static void test_nearest_placement_decides(void **state)
+{
+    (void)state;
+    double length = 1e5;
+    while (diced_level(length, 50.0) < 3)
+        length *= 0.5;
+    FakeObject *root = &fake.objects[0];
+    const CohortInstanceDesc near = root->instances[0];
+    root->instance_count = 20;
+    for (size_t nearest = 0; nearest <= 20; nearest += 5) {
+        for (size_t i = 0; i < 20; i++) {
+            root->instances[i] = near;
+            root->instances[i].transform[3][2] -= i == nearest ? 0.0 : 1e3 + (double)i;
+        }
+        uint32_t level = diced_level(length, 50.0);
+        assert_true(nearest < 20 ? level == 3 : level < 3);
+    }
+    root->instance_count = 1;
+    root->instances[0] = near;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -537,6 +559,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_bad_states_are_named, setup, teardown),
         cmocka_unit_test_setup_teardown(test_buffer_destroyed_while_bound, setup, teardown),
         cmocka_unit_test_setup_teardown(test_edge_length_decides_levels, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_nearest_placement_decides, setup, teardown),
         cmocka_unit_test_setup_teardown(test_two_passes_take_turns, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
