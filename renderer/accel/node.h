@@ -127,8 +127,9 @@ typedef struct CoPlaced {
     uint32_t hidden_from; // CohortHidden bits
     const CoBvh *bvh;     // of a mesh, with its nodes; NULL for groups
     const CoWideNode *nodes;
+    uint32_t root;    // of the mesh, or its leaf if it has but one
     bool is_in_place; // a mesh that stands in the group as it is, within the box
-    unsigned char unused[15];
+    unsigned char unused[11];
 } CoPlaced;
 _Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");
 

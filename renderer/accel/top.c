@@ -96,6 +96,8 @@ static void place(const CoInstance *instance, const CoObject *object, CoPlaced *
     if (!bvh || bvh->tree.node_count == 0)
         return;
     out->nodes = bvh->tree.nodes;
+    if (out->nodes->child[0] & CO_REF_LEAF && out->nodes->child[1] == CO_REF_NONE)
+        out->root = out->nodes->child[0];
     out->is_in_place = is_identity(&instance->to_object) && is_within(&bvh->tree.box, &out->box);
 }
 

@@ -212,14 +212,19 @@ static inline void pad_for(Ray *ray, const CoBvh *bvh)
     ray->pad = padding(box_distance(ray->org, &bvh->tree.box), 0.0f, 0.0f);
 }
 
+// False for a ray that a transform made infinite or zero: it hits nothing.
+static inline bool ray_is_fit(const Ray *ray)
+{
+    return ray->is_fit && co_four_below3(co_four_abs(ray->org), 3e38f);
+}
+
 // Derives the constants for what lies in `box`. The padding is, in units of the largest distance D
 // from the origin to a plane of the box: 6 x 2^-24 for the shear (a point is off by 2 D + 4 D
 // units), 3 for the slab's own three roundings, rounded up to 16; plus two units of the origin's
 // coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
 // below may be off by, in units of D and of the origin. A node's plane * inv + c is off by at most
 // 4 units of the origin's coordinate and 6 of D, each times inv, if the product is rounded: 8 more
-// of both. What may overflow becomes NaN, which never culls. False for a ray that a transform made
-// infinite or zero: it hits nothing.
+// of both. What may overflow becomes NaN, which never culls. Returns ray_is_fit.
 static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
 {
     const CoFour nan = co_four_set1(__builtin_nanf(""));
@@ -234,7 +239,7 @@ static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
     ray->near_c = co_four_select(is_safe, (org + shift) * -inv, nan);
     ray->far_c = co_four_select(is_safe, (org - shift) * -inv, nan);
     ray->is_huge = !(is_safe[0] & is_safe[1] & is_safe[2]);
-    return ray->is_fit && co_four_below3(size, 3e38f);
+    return ray_is_fit(ray);
 }
 
 // The node constants for meshes that stand in a group as they are: as if all in `box` were one

@@ -216,7 +216,7 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
                     ends = in_place;
                     path = walk->path + placed->first_path;
                     *top++ = ENTERED_ANYWHERE | REF_END;
-                    ref = 0;
+                    ref = placed->root;
                     if (bvh->patches)
                         pad_for(ray, bvh);
                     continue;
@@ -253,6 +253,17 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
         walk_nearest(group, ray, walk, is_tight);
 }
 
+// One ray in a mesh's space against the only leaf of it: no slabs but the canonical ones are wanted.
+static inline void enter_leaf(Group *group, Ray *ray, const CoPlaced *placed, uint32_t path)
+{
+    Shear shear;
+    if (!ray_is_fit(ray))
+        return;
+    ray->padded_for = NULL;
+    shear_load(ray, &shear);
+    trace_leaf(group, ray, &shear, placed->bvh, placed->root, path);
+}
+
 // One ray of a group's space through one of its instances, in a space of its own.
 static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, const Walk *walk,
                                                      uint32_t index)
@@ -279,7 +290,9 @@ static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, con
         ray_share_direction(ray, &inner);
     else
         ray_set_direction(&inner);
-    if (ray_set_origin(&inner, &below.tree->box, below.bvh ? 0.0f : CO_TRANSFORM_SLACK))
+    if (placed->root && !below.bvh->patches)
+        enter_leaf(group, &inner, placed, below.path);
+    else if (ray_set_origin(&inner, &below.tree->box, below.bvh ? 0.0f : CO_TRANSFORM_SLACK))
         walk_single(group, &inner, &below, false);
     ray->to = float_min(to, group->best_t[ray->slot]);
 }
