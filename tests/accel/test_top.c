@@ -192,6 +192,7 @@ static void meshes_in_place_are_hit_as_others(void **state)
         CoTop *top = s.tops[scene_add_group(&s, instances, 3)];
         CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
         assert_int_equal(top->is_in_place, !moved);
+        assert_int_equal(top->placed[0].root, 0);
         for (int i = 0; i < 3; i++)
             assert_int_equal(top->placed[i].is_in_place, !(moved && i == 2));
         traverse_all(&s.scene, &rays, flags, &hits[0], NULL);
@@ -216,6 +217,48 @@ static void meshes_in_place_are_hit_as_others(void **state)
     mesh_free(&soup);
 }
 
+// A mesh of one leaf is that leaf, wherever it stands: hits are those of a walk from its root.
+static void meshes_of_one_leaf_are_hit_as_others(void **state)
+{
+    (void)state;
+    enum {
+        RAYS = 20000
+    };
+    TestMesh few = mesh_soup(5, 1.5f, 7);
+    CoRayBatch rays = lattice_rays(RAYS);
+    uint8_t *flags = calloc(RAYS, 1);
+    for (size_t i = 0; i < RAYS; i += 3)
+        flags[i] = CO_TRAVERSE_OCCLUSION;
+    TestScene s = {0};
+    uint32_t mesh = scene_add_mesh(&s, &few);
+    CoInstance instances[4] = {
+        place(mesh, co_mat4d_identity()),
+        place(mesh, matrix(0.0, co_vec3_splat(1.0f), co_vec3(0.25f, -1.0f, 0.5f))),
+        place(mesh, matrix(0.7, co_vec3_splat(0.3f), co_vec3(-1.0f, 0, 0))),
+        place(mesh, matrix(0.0, co_vec3(1.0f, 0.0f, 1.0f), co_vec3(0, 0, 0)))};
+    CoTop *top = s.tops[scene_add_group(&s, instances, 4)];
+    CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
+    for (int i = 0; i < 4; i++)
+        assert_true(top->placed[i].root & CO_REF_LEAF);
+    traverse_all(&s.scene, &rays, flags, &hits[0], NULL);
+    for (int i = 0; i < 4; i++)
+        top->placed[i].root = 0;
+    traverse_all(&s.scene, &rays, flags, &hits[1], NULL);
+    size_t count = 0;
+    for (size_t i = 0; i < RAYS; i++)
+        count += hits[0].t[i] < INFINITY;
+    assert_true(count > RAYS / 20 && count < RAYS);
+    assert_true(same_bits(hits[0].t, hits[1].t, RAYS));
+    assert_memory_equal(hits[0].tri, hits[1].tri, RAYS * sizeof(uint32_t));
+    assert_memory_equal(hits[0].instance, hits[1].instance, RAYS * sizeof(uint32_t));
+    for (int k = 0; k < 2; k++)
+        hits_free(&hits[k]);
+    scene_clear(&s);
+    free(flags);
+    rays_free(&rays);
+    mesh_free(&few);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -224,6 +267,7 @@ int main(void)
         cmocka_unit_test(what_cannot_be_placed_is_never_hit),
         cmocka_unit_test(failing_allocations_are_reported),
         cmocka_unit_test(meshes_in_place_are_hit_as_others),
+        cmocka_unit_test(meshes_of_one_leaf_are_hit_as_others),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -253,15 +253,39 @@ static void walk_single(Group *group, Ray *ray, const Walk *walk, bool is_tight)
         walk_nearest(group, ray, walk, is_tight);
 }
 
-// One ray in a mesh's space against the only leaf of it: no slabs but the canonical ones are wanted.
-static inline void enter_leaf(Group *group, Ray *ray, const CoPlaced *placed, uint32_t path)
+// Sets where a ray of a group's space enters and leaves an instance, and may still hit. False when
+// it does not.
+static inline bool enter_box_of(const Ray *ray, const CoPlaced *placed, Ray *inner)
 {
+    inner->entry = ray->entry;
+    inner->exit = ray->exit;
+    bool is_in = slab_box(ray, ray->placed_pad, box_corner(placed->box.lo),
+                          box_corner(placed->box.hi), &inner->entry, &inner->exit);
+    inner->from = float_max(ray->from, inner->entry);
+    inner->to = float_min(ray->to, inner->exit);
+    return is_in && inner->from <= inner->to;
+}
+
+// A ray of a group's space, and of a mesh's, against the only leaf of that: it wants no slabs but
+// the canonical ones, and those when a triangle may be hit.
+static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const CoPlaced *placed,
+                              uint32_t path)
+{
+    LeafHits hits;
     Shear shear;
-    if (!ray_is_fit(ray))
+    uint32_t count;
+    const CoTriLeaf leaf = open_leaf(placed->bvh, placed->root, &count);
+    if (!ray_is_fit(inner))
         return;
-    ray->padded_for = NULL;
-    shear_load(ray, &shear);
-    trace_leaf(group, ray, &shear, placed->bvh, placed->root, path);
+    shear_load(inner, &shear);
+    group->stats->triangles += count;
+    shear_points(&leaf, &shear, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
+    if (!pierced || !enter_box_of(ray, placed, inner))
+        return;
+    inner->padded_for = NULL;
+    pad_for(inner, placed->bvh);
+    offer_pierced(group, inner, &leaf, &shear, pierced, path, &hits);
 }
 
 // One ray of a group's space through one of its instances, in a space of its own.
@@ -271,18 +295,11 @@ static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, con
     const CoPlaced *placed = &walk->object->top->placed[index];
     const CoInstance *instance = &walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
-    float to = ray->to;
+    const bool is_leaf = placed->root && !placed->bvh->patches;
     Ray inner;
-    inner.entry = ray->entry;
-    inner.exit = ray->exit;
-    if (is_hidden(group, ray, placed) || is_empty(object) ||
-        !slab_box(ray, ray->placed_pad, box_corner(placed->box.lo), box_corner(placed->box.hi),
-                  &inner.entry, &inner.exit))
-        return;
-    inner.from = float_max(ray->from, inner.entry);
-    inner.to = float_min(to, inner.exit);
     inner.slot = ray->slot;
-    if (!(inner.from <= inner.to))
+    if (is_hidden(group, ray, placed) || is_empty(object) ||
+        (!is_leaf && !enter_box_of(ray, placed, &inner)))
         return;
     const Walk below = walk_of(object, walk->path + placed->first_path);
     ray_transform(ray, &instance->to_object, &inner);
@@ -290,11 +307,11 @@ static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, con
         ray_share_direction(ray, &inner);
     else
         ray_set_direction(&inner);
-    if (placed->root && !below.bvh->patches)
-        enter_leaf(group, &inner, placed, below.path);
+    if (is_leaf)
+        enter_leaf(group, ray, &inner, placed, below.path);
     else if (ray_set_origin(&inner, &below.tree->box, below.bvh ? 0.0f : CO_TRANSFORM_SLACK))
         walk_single(group, &inner, &below, false);
-    ray->to = float_min(to, group->best_t[ray->slot]);
+    ray->to = float_min(ray->to, group->best_t[ray->slot]);
 }
 
 // Rays of a batch, one by one.
