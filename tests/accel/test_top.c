@@ -235,7 +235,7 @@ static void meshes_of_one_leaf_are_hit_as_others(void **state)
         place(mesh, co_mat4d_identity()),
         place(mesh, matrix(0.0, co_vec3_splat(1.0f), co_vec3(0.25f, -1.0f, 0.5f))),
         place(mesh, matrix(0.7, co_vec3_splat(0.3f), co_vec3(-1.0f, 0, 0))),
-        place(mesh, matrix(0.0, co_vec3(1.0f, 0.0f, 1.0f), co_vec3(0, 0, 0)))};
+        place(mesh, matrix(0.0, co_vec3(1e-30f, 1e30f, 1.0f), co_vec3(0, 0, 0)))};
     CoTop *top = s.tops[scene_add_group(&s, instances, 4)];
     CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
     for (int i = 0; i < 4; i++)
