@@ -25,7 +25,9 @@ static inline uint32_t co_grid_valence(const CoMeshShading *s, uint32_t face)
 
 static inline uint32_t co_grid_patch_face(const CoPatchTable *table, uint32_t patch)
 {
-    return table->face ? table->face[patch] : patch;
+    if (table->per_face == 0)
+        return table->face[patch];
+    return table->per_face == 1 ? patch : patch / table->per_face;
 }
 
 static inline uint32_t co_grid_face(const CoMeshShading *s, uint32_t tri)
@@ -41,7 +43,10 @@ static inline CoGridPlace co_grid_place_patch(const CoMeshShading *s, uint32_t t
     CoGridPlace p = {.patch = co_patch_of(table, tri)};
     p.face = co_grid_patch_face(table, p.patch);
     p.valence = co_grid_valence(s, p.face);
-    p.sub = s->face_patch ? p.patch - s->face_patch[p.face] : 0;
+    if (s->face_patch)
+        p.sub = p.patch - s->face_patch[p.face];
+    else if (table->per_face > 1)
+        p.sub = p.patch - p.face * table->per_face;
     const uint32_t *words = co_patch_words(table, p.patch);
     if (co_patch_is_fan(table, words) && !table->is_triangular)
         return p;

@@ -49,7 +49,7 @@ typedef struct CoMeshShading {
     bool left_handed;
     bool is_bilinear;
     const CoPatchTable *patches;    // of subdivided meshes, the mesh's
-    const uint32_t *face_patch;     // [face_count] first patch; NULL: every face has one of its own
+    const uint32_t *face_patch;     // [face_count] first patch; NULL: as per_face says, or one each
     const uint32_t *tri_face;       // polygons: [tri_count]
     const uint32_t *corner_first;   // [face_count] first corner element; NULL if nothing asks
     const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face

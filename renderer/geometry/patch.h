@@ -39,7 +39,7 @@ enum {
 #define CO_PATCH_NONE 0xffffffffu
 
 typedef struct CoPatchTable {
-    uint32_t level; // of the finest face
+    uint32_t level; // of the finest patch, or of the finest face where some are split and some not
     bool is_triangular, is_mixed;
     uint32_t count, stride;     // patches, and words of one
     const uint32_t *words;      // [count * stride]
@@ -47,7 +47,8 @@ typedef struct CoPatchTable {
     const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
     const uint32_t *tri_patch;  // with first_tri: patch of triangle k << unit_shift, then the last
     const uint32_t *first_tile; // [count + 1], with first_tri above level 3: see patch_tile.h
-    const uint32_t *face;       // [count] face of the cage, NULL: patch k is face k
+    uint32_t per_face;          // patches of each face of the cage, where all have as many; else 0
+    const uint32_t *face;       // [count] then face of the cage
 } CoPatchTable;
 
 static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t patch)

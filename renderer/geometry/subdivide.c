@@ -54,7 +54,7 @@ static bool lay_out(CoSubdivision *s)
     CoMeshBuild *build = s->build;
     uint64_t points = count_outer_points(s), tris = 0, corners = 0;
     s->patch_count = 0;
-    s->has_split = false;
+    s->has_split = s->has_whole = false;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t cage = co_subdivision_cage_face(s, f), valence = (uint32_t)s->counts[f];
         uint32_t level = co_subdivision_face_level(s, f);
@@ -66,6 +66,7 @@ static bool lay_out(CoSubdivision *s)
             points += inner_point_count(s, f);
             s->patch_count += co_subdivision_patch_count(s, f);
             s->has_split = s->has_split || co_subdivision_is_split(s, f);
+            s->has_whole = s->has_whole || !co_subdivision_is_split(s, f);
             tris += co_grid_tri_count(s->grid, level, valence);
             corners += co_grid_corner_count(s->grid, level, valence);
         }

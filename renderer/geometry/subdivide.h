@@ -35,6 +35,7 @@ typedef struct CoSubdivision {
     uint32_t *face_patch;               // [face_count] first patch
     uint32_t patch_count;
     bool has_split;   // some live face has sub-quads or fan triangles
+    bool has_whole;   // some has not
     uint8_t *is_live; // [face_count]
     uint32_t *vertex_owner, *edge_owner;
     uint32_t point_count, corner_count;

@@ -59,11 +59,14 @@ static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uin
     words[CO_PATCH_CORNER + 1] = middle_of_edge(s, face, k);
     words[CO_PATCH_CORNER + 2] = center;
     words[CO_PATCH_CORNER + 3] = middle_of_edge(s, face, before);
+    if (stride == CO_PATCH_EDGE)
+        return;
     words[CO_PATCH_EDGE] = edge_word(s, face, k, false);
     words[CO_PATCH_EDGE + 1] = center + k * spoke;
     words[CO_PATCH_EDGE + 2] = center + before * spoke;
     words[CO_PATCH_EDGE + 3] = edge_word(s, face, before, true);
-    words[CO_PATCH_INNER] = CO_PATCH_FLAG | (center + 1 + valence * spoke + k * spoke * spoke);
+    words[CO_PATCH_INNER] = (s->has_whole || s->edge_level ? CO_PATCH_FLAG : 0) |
+                            (center + 1 + valence * spoke + k * spoke * spoke);
     if (s->edge_level)
         words[stride - 1] =
             (level - 1) | edge_drop(s, face, k) << 4 | edge_drop(s, face, before) << 16;
@@ -106,9 +109,21 @@ static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+// Patches of each face of the description, if all have as many; else 0.
+static uint32_t even_patches(const CoSubdivision *s)
+{
+    if (s->face_count != s->build->desc->face_count)
+        return 0;
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (!s->is_live[f] || co_subdivision_patch_count(s, f) != co_subdivision_patch_count(s, 0))
+            return 0;
+    return co_subdivision_patch_count(s, 0);
+}
+
 static bool find_faces(CoSubdivision *s, CoPatchTable *table)
 {
-    if (table->count == s->build->desc->face_count && !s->has_split)
+    table->per_face = even_patches(s);
+    if (table->per_face)
         return true;
     uint32_t *face = co_mesh_keep(s->build, table->count, sizeof *face);
     CO_MESH_CHECK_MEMORY(s->build, face);
@@ -119,6 +134,29 @@ static bool find_faces(CoSubdivision *s, CoPatchTable *table)
     }
     table->face = face;
     return true;
+}
+
+// First patches, where they do not follow from the face.
+static bool find_face_patches(CoSubdivision *s, const CoPatchTable *table)
+{
+    s->build->shading->face_patch = NULL; // of a layout whose faces had an infinite surface
+    if (!table->is_mixed && (table->per_face || !s->has_split))
+        return true;
+    uint32_t *first = co_mesh_keep(s->build, s->build->desc->face_count, sizeof *first);
+    CO_MESH_CHECK_MEMORY(s->build, first);
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (s->is_live[f])
+            first[co_subdivision_cage_face(s, f)] = s->face_patch[f];
+    s->build->shading->face_patch = first;
+    return true;
+}
+
+static uint32_t first_live(const CoSubdivision *s)
+{
+    uint32_t face = 0;
+    while (!s->is_live[face])
+        face++;
+    return face;
 }
 
 // log2 of triangles of each patch of a face; a fan's triangles are patches of 2^0.
@@ -155,22 +193,21 @@ static bool find_units(CoMeshBuild *build, CoPatchTable *table, const uint32_t *
 static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
 {
     CoMeshBuild *build = s->build;
-    table->unit_shift = 2 * table->level + (s->grid == CO_GRID_QUAD);
-    if (!s->has_split && !table->is_mixed)
+    if (!table->is_mixed && !(s->has_split && s->has_whole)) {
+        table->unit_shift = table->count ? patch_tri_shift(s, first_live(s)) : 0;
         return true;
+    }
+    table->unit_shift = 2 * table->level + (s->grid == CO_GRID_QUAD);
     bool has_tiles = table->level > CO_PATCH_TILE_SHIFT;
     uint32_t *first = co_mesh_keep(build, table->count + (size_t)1, sizeof *first);
     uint32_t *tile = has_tiles ? co_mesh_keep(build, table->count + (size_t)1, sizeof *tile) : NULL;
-    uint32_t *face_patch = co_mesh_keep(build, build->desc->face_count, sizeof *face_patch);
     CO_MESH_CHECK_MEMORY(build, first);
     if (has_tiles)
         CO_MESH_CHECK_MEMORY(build, tile);
-    CO_MESH_CHECK_MEMORY(build, face_patch);
     for (uint32_t f = 0; f < s->face_count; f++) {
         if (!s->is_live[f])
             continue;
         uint32_t patch = s->face_patch[f], end = patch + co_subdivision_patch_count(s, f);
-        face_patch[co_subdivision_cage_face(s, f)] = patch;
         for (; patch < end; patch++) {
             uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
             first[patch + 1] = first[patch] + (1u << patch_tri_shift(s, f));
@@ -180,7 +217,6 @@ static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
     }
     table->first_tri = first;
     table->first_tile = tile;
-    build->shading->face_patch = face_patch;
     return find_units(build, table, first);
 }
 
@@ -197,9 +233,10 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     CoMeshBuild *build = s->build;
     CoPatchTable *table = co_mesh_keep(build, 1, sizeof *table);
     CO_MESH_CHECK_MEMORY(build, table);
-    table->level = s->level;
     table->is_triangular = s->grid == CO_GRID_TRIANGLE;
     table->is_mixed = s->edge_level != NULL;
+    bool is_all_split = s->has_split && !s->has_whole && !table->is_mixed;
+    table->level = s->level - (is_all_split && s->level > 0 ? 1 : 0);
     table->count = s->patch_count;
     table->stride = stride_of(table);
     uint32_t *words = co_mesh_keep(build, table->count, table->stride * sizeof *words);
@@ -207,7 +244,7 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     table->words = words;
     PatchJob job = {s, words, table->stride};
     co_parallel_for(s->face_count, 256, fill_faces, &job);
-    if (!find_faces(s, table) || !find_triangles(s, table))
+    if (!find_faces(s, table) || !find_face_patches(s, table) || !find_triangles(s, table))
         return false;
     build->mesh->patches = build->shading->patches = table;
     return true;

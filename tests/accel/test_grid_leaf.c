@@ -73,21 +73,23 @@ static void compare(const CoMesh *mesh, uint64_t seed)
     mesh_free(&loose);
 }
 
-// Quads, with other faces among them, triangles; uniform, and edges of all levels up to that.
+// Quads, with other faces among them, triangles, of either scheme; uniform, and edges of all levels
+// up to that.
 enum {
-    MESHES = 6 * 6
+    MESHES = 6 * 8
 };
 
 static void make_number(uint32_t k, CoMesh *mesh)
 {
     static Cage cage;
     static uint8_t levels[6 * CAGE_MAX_FACES];
-    bool is_loop = k % 3 == 2, is_mixed = k % 2;
-    make_torus(&cage, k % 3 == 1, is_loop);
-    CohortScheme scheme = is_loop ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
-    CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : k / 6);
+    uint32_t level = k / 8, cage_kind = k % 4;
+    bool is_mixed = k / 4 % 2;
+    make_torus(&cage, cage_kind == 1, cage_kind >= 2);
+    CohortScheme scheme = cage_kind == 2 ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
+    CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : level);
     for (uint32_t e = 0; e < COUNT(levels); e++)
-        levels[e] = (uint8_t)(co_hash32(e + k) % (k / 6 + 1));
+        levels[e] = (uint8_t)(co_hash32(e + k) % (level + 1));
     desc.edge_levels = is_mixed ? levels : NULL;
     make_mesh(&desc, mesh);
     assert_non_null(mesh->patches);
