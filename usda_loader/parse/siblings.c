@@ -7,10 +7,11 @@
 enum {
     LEAST_BYTES = 8 * CO_CUT_BYTES,   // of text that is worth dividing
     FIRST_WINDOW = 32 * CO_CUT_BYTES, // text looked at first, for each thread
-    WINDOW_GROWTH = 4,                // the next one, when that was divided
-    MOST_GROWTH = 4,                  // of the first
-    SHARES = 2,     // no range is longer than a window divided by threads and this
-    MOST_DEPTH = 16 // of prims that are looked beside
+    WINDOW_GROWTH = 4,                // the next one, when that was divided:
+    MOST_GROWTH = 16,                 // threads wait for each other at the end of each
+    SHARES = 8,                       // a range longer than a thread's share of a window by this,
+    LONG_RANGE = 16 * CO_CUT_BYTES,   // and than this, is gone into and divided below
+    MOST_DEPTH = 16                   // of prims that are looked beside
 };
 
 // What one thread reads into.
@@ -141,6 +142,7 @@ static void read_ranges(void *context, size_t begin, size_t end, uint32_t worker
 static bool make_ranges(CoSiblings *s)
 {
     size_t most = s->cuts.count, longest = s->window / s->reader_count / SHARES;
+    longest = longest > LONG_RANGE ? longest : LONG_RANGE;
     if (most > s->capacity) {
         Range *grown = co_realloc(CO_MEMORY_USDA, s->ranges, s->capacity * sizeof *grown,
                                   most * sizeof *grown);
