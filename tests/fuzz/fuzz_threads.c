@@ -14,33 +14,39 @@ enum {
     MOST_BYTES = 32 << 10 // of the input
 };
 
-// Prims that have names of their own from number `from` on.
-static size_t add_prims(char *out, int from, int count)
+// Prims with names of their own, each PRIM_BYTES long.
+static void write_prims(char *out)
 {
-    size_t length = 0;
-    for (int i = from; i < from + count; i++)
-        length += (size_t)sprintf(out + length, "def \"f%d\" {\n#%*s\n}\n", i, PRIM_BYTES - 40, "");
-    return length;
+    for (int i = 0; i < PRIMS; i++) {
+        int head = sprintf(out, "def \"f%03d\" {\n#", i);
+        memset(out + head, ' ', (size_t)(PRIM_BYTES - head));
+        memcpy(out + PRIM_BYTES - 3, "\n}\n", 3);
+        out += PRIM_BYTES;
+    }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static char text[PRIMS * PRIM_BYTES + MOST_BYTES + 64];
+    static char prims[PRIMS * PRIM_BYTES], text[sizeof prims + MOST_BYTES + 64];
     static const char header[] = "#usda 1.0\n";
     if (size > MOST_BYTES)
         return 0;
+    if (!*prims)
+        write_prims(prims);
     uint64_t random = co_hash_bytes(data, size, 0);
     bool is_below = random & 1;
-    int before = 40 + (int)(random >> 8) % 40;
+    size_t before = (40 + (random >> 8) % 40) * PRIM_BYTES;
     size_t skipped =
         size >= sizeof header && !memcmp(data, header, sizeof header - 1) ? sizeof header - 1 : 0;
     size_t length = (size_t)sprintf(text, "%s%s", header, is_below ? "def \"W\"\n{\n" : "");
-    length += add_prims(text + length, 0, before);
+    memcpy(text + length, prims, before);
+    length += before;
     if (size > skipped)
         memcpy(text + length, data + skipped, size - skipped);
     length += size - skipped;
     text[length++] = '\n';
-    length += add_prims(text + length, before, PRIMS - before);
+    memcpy(text + length, prims + before, sizeof prims - before);
+    length += sizeof prims - before;
     if (is_below)
         text[length++] = '}';
     const CohortStageOptions options = {
