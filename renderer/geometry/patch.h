@@ -26,10 +26,10 @@
 
 // What the words of a patch are. A triangular one has three corners and edges.
 enum {
-    CO_PATCH_CORNER = 0, // points (0,0) (m,0) (m,m) (0,m); the last of a single triangle is NONE
+    CO_PATCH_CORNER = 0, // points (0,0) (m,0) (m,m) (0,m); the last of a fan's triangle is NONE
     CO_PATCH_EDGE = 4,  // j = 0 and i = m, j = m and i = 0 (triangular: j = 0, i = m, i = j): point
                         // t of the edge's own is the word + t, flagged - t
-    CO_PATCH_INNER = 8, // first point inside, then row by row; flagged: a sub-quad
+    CO_PATCH_INNER = 8, // first point inside, then row by row; flagged: m is half of 2^level
     CO_PATCH_INNER_TRIANGULAR = 3,
     CO_PATCH_WORDS = 9, // at level 0 the corners alone; mixed: one more, log2 of m, then for each
                         // edge by how many halvings it is coarser, four bits each

@@ -59,7 +59,7 @@ static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uin
     words[CO_PATCH_CORNER + 1] = middle_of_edge(s, face, k);
     words[CO_PATCH_CORNER + 2] = center;
     words[CO_PATCH_CORNER + 3] = middle_of_edge(s, face, before);
-    if (stride == CO_PATCH_EDGE)
+    if (stride == CO_PATCH_EDGE) // corners are all there is
         return;
     words[CO_PATCH_EDGE] = edge_word(s, face, k, false);
     words[CO_PATCH_EDGE + 1] = center + k * spoke;
