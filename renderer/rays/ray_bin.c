@@ -1,6 +1,6 @@
 // Records are written with pwrite, not through a mapping: a disk that fails then gives an error
 // where a store would give SIGBUS. Measured on 36 KB at a time: 8.4 ns per ray into a fresh file
-// and 2.8 into a reused one, against 7.1 and 1.3 by stores; encoding a ray costs ten times as much.
+// and 2.8 into a reused one, against 7.1 and 1.3 by stores.
 // Reading goes through a shared mapping, so that a batch in work needs no second copy in memory.
 #include "rays/ray_bin.h"
 

@@ -101,7 +101,8 @@ static bool sort_batch(CoRayBatch *batch, CohortSorter which, CoSortScratch *scr
                                 err);
     assert_int_equal(order[count], 77);
 #define REORDER(type, name) \
-    memcpy(held, batch->name, count * 4); \
+    for (size_t i = 0; i < count; i++) \
+        memcpy(&held[i], &batch->name[i], 4); \
     for (size_t i = 0; i < count && is_good; i++) { \
         assert_true(order[i] < count); \
         memcpy(&batch->name[i], &held[order[i]], 4); \
