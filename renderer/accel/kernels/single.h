@@ -124,14 +124,13 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const S
     return offer_pierced(group, ray, &leaf, shear, pierced, path, &hits);
 }
 
-static inline void count_visited(Group *group, const CoBvh *bvh, uint32_t nodes)
+// Counts the nodes of a walk, `below` of them in meshes in place.
+static inline void count_visited(Group *group, const CoBvh *bvh, uint32_t nodes, uint32_t below)
 {
-    if (bvh) {
-        group->stats->bottom_nodes += nodes;
-    } else {
-        group->stats->top_nodes_grouped += nodes;
-        group->stats->top_nodes_single += nodes;
-    }
+    below = bvh ? nodes : below;
+    group->stats->bottom_nodes += below;
+    group->stats->top_nodes_grouped += nodes - below;
+    group->stats->top_nodes_single += nodes - below;
 }
 
 static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t index);
@@ -170,7 +169,7 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
     const CoWideNode *nodes = walk->tree->nodes;
     const SlabEnds *ends = &own;
     const CoBvh *bvh = walk->bvh;
-    uint32_t ref = 0, path = walk->path, visited = 0;
+    uint32_t ref = 0, path = walk->path, visited = 0, below = 0, before = 0;
     *top++ = ENTERED_ANYWHERE | REF_END;
     for (;;) {
         if (!(ref & CO_REF_LEAF)) {
@@ -190,25 +189,23 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
                 continue;
             }
         } else if (ref == REF_END) {
-            count_visited(group, bvh, visited);
             if (bvh == walk->bvh)
-                return;
+                break;
+            below += visited - before;
             nodes = walk->tree->nodes;
             ends = &own;
             bvh = NULL;
-            visited = 0;
         } else if (bvh) {
             if (bvh->patches ? trace_grid_leaf(group, ray, bvh, ref, path)
                              : trace_leaf(group, ray, &shear, bvh, ref, path)) {
-                count_visited(group, bvh, visited);
-                return;
+                below += visited - before;
+                break;
             }
         } else {
             const CoPlaced *placed = &walk->object->top->placed[ref & ~CO_REF_LEAF];
             if (placed->is_in_place && is_plain) {
                 if (!is_hidden(group, ray, placed)) {
-                    count_visited(group, NULL, visited);
-                    visited = 0;
+                    before = visited;
                     nodes = placed->nodes;
                     bvh = placed->bvh;
                     if (!in_place)
@@ -231,6 +228,7 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
         while (!(entered_at(child) <= ray->to));
         ref = (uint32_t)child;
     }
+    count_visited(group, walk->bvh, visited, below);
 }
 
 static __attribute__((noinline)) void walk_nearest(Group *group, Ray *ray, const Walk *walk,
