@@ -169,7 +169,8 @@ bool co_render_thread_start(CoRenderThread *t, CohortRender *render, const CoRen
     co_render_thread_drop(t);
     pthread_mutex_lock(&t->lock);
     t->render = render;
-    memcpy(t->targets, targets, target_count * sizeof *targets);
+    if (target_count)
+        memcpy(t->targets, targets, target_count * sizeof *targets);
     t->target_count = target_count;
     t->round_fn = round_fn;
     t->round_cookie = round_cookie;
