@@ -117,8 +117,8 @@ static inline void visit(Stream *stream, const StreamChild *child)
         return;
     }
     if (walk->bvh)
-        stream_leaf(stream->group, stream->rays, &stream->slabs, &stream->beam, child->active, walk,
-                    child->ref);
+        stream_leaf(&(StreamAsk){stream->group, stream->rays, walk, &stream->slabs, &stream->beam},
+                    child->active, child->ref);
     else
         trace_instance(stream, child->active, child->ref & ~CO_REF_LEAF);
     if (stream->rays->nearer)

@@ -196,6 +196,15 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
     }
 }
 
+// What rays of a group ask of a leaf with.
+typedef struct StreamAsk {
+    Group *group;
+    Rays *rays;
+    const Walk *walk;
+    const StreamSlabs *slabs;
+    const Beam *beam;
+} StreamAsk;
+
 // Ray j on its own where a walk has brought it.
 static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *slabs,
                                const Walk *walk, Ray *ray)
@@ -210,9 +219,9 @@ static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *
     pad_for(ray, walk->bvh);
 }
 
-// Ray j alone against a leaf.
+// Ray j alone against triangles of a leaf.
 static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk,
-                                   const CoTriLeaf *leaf, uint32_t count)
+                                   const CoTriLeaf *leaf, uint32_t count, uint32_t triangles)
 {
     LeafHits hits;
     Shear shear;
@@ -220,7 +229,7 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const W
     rays_shear(rays, j, &shear);
     group->stats->triangles += count;
     shear_points(leaf, &shear, &hits);
-    uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits);
+    uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits) & triangles;
     if (!pierced)
         return;
     rays_clamping(rays, j, &ray);
@@ -230,29 +239,20 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const W
     rays_settle(rays, j, ray.to);
 }
 
-static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, const Beam *beam,
-                        uint64_t active, const Walk *walk, uint32_t ref)
+// Rays `active` against `triangles` among the first `count` of a leaf.
+static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const CoTriLeaf *leaf,
+                                    uint32_t count, uint32_t triangles)
 {
-    Ray ray;
-    if (walk->bvh->patches) {
-        for (; active; active &= active - 1) {
-            uint32_t j = (uint32_t)__builtin_ctzll(active);
-            take_single(rays, j, slabs, walk, &ray);
-            trace_grid_leaf(group, &ray, walk->bvh, ref, walk->path);
-            rays_settle(rays, j, ray.to);
-        }
-        return;
-    }
-    uint32_t count;
-    const CoTriLeaf leaf = open_leaf(walk->bvh, ref, &count);
+    Group *group = ask->group;
+    Rays *rays = ask->rays;
     if (__builtin_popcountll(active) <= LEAF_SINGLE_MOST) {
         for (; active; active &= active - 1)
-            stream_leaf_ray(group, rays, (uint32_t)__builtin_ctzll(active), walk, &leaf, count);
+            stream_leaf_ray(group, rays, (uint32_t)__builtin_ctzll(active), ask->walk, leaf, count,
+                            triangles);
         return;
     }
-    uint32_t triangles = (1u << count) - 1u;
-    if (__builtin_popcountll(active) > LEAF_NARROW_MOST && beam->is_safe)
-        triangles = beam_leaf(&leaf, count, beam, slabs);
+    if (__builtin_popcountll(active) > LEAF_NARROW_MOST && ask->beam->is_safe)
+        triangles &= beam_leaf(leaf, count, ask->beam, ask->slabs);
     uint32_t left = (uint32_t)__builtin_popcount(triangles);
     for (uint32_t axis = 0; axis < 3 && triangles; axis++) {
         uint64_t along = active & rays->along[axis];
@@ -260,13 +260,28 @@ static void stream_leaf(Group *group, Rays *rays, const StreamSlabs *slabs, cons
             uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
             if (__builtin_popcount(bits) > LEAF_SINGLE_MOST) {
                 group->stats->triangles += left * (uint32_t)__builtin_popcount(bits);
-                stream_leaf_vector(group, rays, slabs, j, bits, axis, walk, &leaf, triangles);
+                stream_leaf_vector(group, rays, ask->slabs, j, bits, axis, ask->walk, leaf,
+                                   triangles);
                 continue;
             }
             for (; bits; bits &= bits - 1)
-                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), walk, &leaf, count);
+                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), ask->walk, leaf,
+                                count, triangles);
         }
     }
+}
+
+#include "accel/kernels/grid_stream.h"
+
+static void stream_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref)
+{
+    if (ask->walk->bvh->patches) {
+        stream_grid_leaf(ask, active, ref);
+        return;
+    }
+    uint32_t count;
+    const CoTriLeaf leaf = open_leaf(ask->walk->bvh, ref, &count);
+    stream_triangles(ask, active, &leaf, count, (1u << count) - 1u);
 }
 
 #include "accel/kernels/single.h"
