@@ -4,43 +4,49 @@
 #ifndef CO_ACCEL_KERNELS_GRID_STREAM_H
 #define CO_ACCEL_KERNELS_GRID_STREAM_H
 
-// What became of the blocks of a tile: who enters each, and where the first of them does.
-typedef struct TileEntries {
-    uint64_t active[CO_TILE_BLOCKS];
-    float first[CO_TILE_BLOCKS];
-    float entry[CO_GROUP_RAYS][CO_TILE_BLOCKS];
-    uint32_t bits;
-} TileEntries;
+enum {
+    TILE_NODES = CO_TILE_BLOCKS / CO_NODE_WIDTH
+};
 
-static inline void enter_tile(const StreamAsk *ask, uint64_t active, const CoGridLeaf *tile,
-                              uint32_t side, TileEntries *out)
+// The blocks of a tile as nodes. Returns how many these are.
+static inline uint32_t unpack_tile(const CoGridLeaf *tile, uint32_t blocks,
+                                   CoWideNode nodes[TILE_NODES])
 {
-    out->bits = 0;
-    for (; active; active &= active - 1) {
-        uint32_t j = (uint32_t)__builtin_ctzll(active);
-        float *entry = out->entry[j];
-        Ray ray;
-        take_single(ask->rays, j, ask->slabs, ask->walk, &ray);
-        ask->group->stats->bottom_nodes++;
-        for (uint32_t bits = slab_tile(tile, 1u << 2 * side, &ray, entry); bits; bits &= bits - 1) {
-            uint32_t i = (uint32_t)__builtin_ctz(bits);
-            bool is_new = !(out->bits >> i & 1u);
-            out->first[i] = is_new ? entry[i] : float_min(entry[i], out->first[i]);
-            out->active[i] = (is_new ? 0 : out->active[i]) | 1ull << j;
-            out->bits |= 1u << i;
+    const uint8_t *planes = (const uint8_t *)(tile + 1);
+    for (uint32_t row = 0; row < 6; row++) {
+        CoLane origin = co_lane_set1(tile->origin[row / 2]);
+        CoLane step = co_lane_set1(co_grid_step(tile->exponent[row / 2]));
+        for (uint32_t i = 0; i < blocks; i += CO_LANE_WIDTH) {
+            CoLane bytes = co_lane_load_bytes(planes + row * blocks + i);
+            co_lane_store(nodes[i / CO_NODE_WIDTH].planes[row] + i % CO_NODE_WIDTH,
+                          co_lane_add(origin, co_lane_mul(bytes, step)));
         }
+        for (uint32_t i = blocks; i < CO_NODE_WIDTH; i++)
+            nodes[0].planes[row][i] = row & 1u ? -INFINITE : INFINITE;
     }
+    return (blocks + CO_NODE_WIDTH - 1) / CO_NODE_WIDTH;
 }
 
-// Rays that enter block i of a tile and do not end before.
-static inline uint64_t still_enter(const StreamAsk *ask, const TileEntries *entries, uint32_t i)
+// Who enters the blocks, and in `first` where at the earliest. Returns one bit per block.
+static inline uint32_t enter_tile(const StreamAsk *ask, uint64_t active, const CoWideNode *nodes,
+                                  uint32_t count, StreamNode found[TILE_NODES],
+                                  float first[CO_TILE_BLOCKS])
 {
-    uint64_t active = entries->active[i] & ~ask->rays->done;
-    for (uint64_t left = active; left; left &= left - 1) {
-        uint32_t j = (uint32_t)__builtin_ctzll(left);
-        active &= ~((uint64_t) !(entries->entry[j][i] <= ask->rays->to[j]) << j);
+    bool is_many = __builtin_popcountll(active) > NARROW_MOST && ask->beam->is_safe;
+    uint32_t bits = 0;
+    for (uint32_t n = 0; n < count; n++) {
+        if (is_many)
+            beam_node(&nodes[n], ask->beam, ask->slabs, active, &found[n]);
+        else
+            stream_node(&nodes[n], ask->rays, ask->slabs, active, &found[n]);
+        bits |= found[n].bits << n * CO_NODE_WIDTH;
+        for (uint32_t i = 0; i < CO_NODE_WIDTH; i++) {
+            uint32_t entry = (uint32_t)found[n].order[i] << 16;
+            __builtin_memcpy(&first[n * CO_NODE_WIDTH + i], &entry, sizeof entry);
+        }
     }
-    return active;
+    ask->group->stats->bottom_nodes += (uint64_t)__builtin_popcountll(active);
+    return bits;
 }
 
 static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t ref)
@@ -48,18 +54,22 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
     const CoBvh *bvh = ask->walk->bvh;
     const CoGridLeaf *tile = open_tile(bvh, ref);
     const uint32_t side = tile->side;
-    TileEntries entries;
+    CoWideNode nodes[TILE_NODES];
+    StreamNode found[TILE_NODES];
+    float first[CO_TILE_BLOCKS];
     GridBlock block;
     if (side == 0) {
         const CoTriLeaf leaf = open_tile_block(bvh, tile, side, 0, &block);
         stream_triangles(ask, active, &leaf, CO_GRID_TRIS, block.valid);
         return;
     }
-    enter_tile(ask, active, tile, side, &entries);
-    for (uint32_t bits = entries.bits; bits;) {
-        uint32_t nearest = nearest_block(bits, entries.first);
+    uint32_t count = unpack_tile(tile, 1u << 2 * side, nodes);
+    for (uint32_t bits = enter_tile(ask, active, nodes, count, found, first); bits;) {
+        uint32_t nearest = nearest_block(bits, first);
+        uint32_t n = nearest / CO_NODE_WIDTH, place = nearest % CO_NODE_WIDTH;
         bits &= ~(1u << nearest);
-        active = still_enter(ask, &entries, nearest);
+        active = found[n].active[place] & ~ask->rays->done;
+        active = stream_child(&nodes[n], place, ask->rays, ask->slabs, active);
         if (!active)
             continue;
         const CoTriLeaf leaf = open_tile_block(bvh, tile, side, nearest, &block);
