@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <string.h>
 
-// 8 triangles over points that are gathered. From `first` on it stands as in a leaf, each triangle a
-// run of its own.
+// 8 triangles over points that are gathered. From `first` on it stands as in a leaf, each triangle
+// a run of its own.
 typedef struct GridBlock {
     uint32_t index[CO_LEAF_WIDTH]; // of the points in the mesh
     uint8_t corner[20];            // see CoTriLeaf; the last 8 are not looked at
