@@ -51,7 +51,8 @@ static inline void spread_nearer(Stream *stream)
 }
 
 // Asks for the instances among the children that are entered.
-static inline void prefetch_placed(const CoTop *top, const CoWideNode *node, uint32_t bits)
+static inline __attribute__((always_inline)) void
+prefetch_placed(const CoTop *top, const CoWideNode *node, uint32_t bits)
 {
     for (; bits; bits &= bits - 1) {
         uint32_t ref = node->child[__builtin_ctz(bits)];
@@ -126,7 +127,7 @@ static inline void visit(Stream *stream, const StreamChild *child)
 }
 
 // Asks for a node or leaf of a mesh.
-static inline void prefetch_child(const CoBvh *bvh, uint32_t ref)
+static inline __attribute__((always_inline)) void prefetch_child(const CoBvh *bvh, uint32_t ref)
 {
     const char *at = (const char *)&bvh->tree.nodes[ref];
     if (ref & CO_REF_LEAF)
