@@ -116,13 +116,14 @@ static void refits_write_leaves_again(void **state)
         CoBvh *bvh = co_bvh_create(&mesh, NULL);
         unsigned char *before = malloc(bvh->leaf_bytes + 1);
         assert_true(bvh && before);
-        memcpy(before, bvh->leaves, bvh->leaf_bytes);
+        if (bvh->leaf_bytes) // none at level 1
+            memcpy(before, bvh->leaves, bvh->leaf_bytes);
         float *points = (float *)(uintptr_t)mesh.points;
         for (int pass = 0; pass < 2; pass++) {
             for (uint32_t p = 0; p < mesh.point_count; p++)
                 points[3 * p] *= pass ? 0.5f : 2.0f;
             assert_true(co_bvh_refit(bvh, &mesh));
-            bool is_same = memcmp(before, bvh->leaves, bvh->leaf_bytes) == 0;
+            bool is_same = !bvh->leaf_bytes || !memcmp(before, bvh->leaves, bvh->leaf_bytes);
             assert_true(is_same == (pass == 1 || mesh.patches->level < 2));
         }
         free(before);
