@@ -46,10 +46,11 @@ typedef struct CoObject {
     CoVec3 box_min, box_max; // object space; min > max when empty
 } CoObject;
 
-// Builds over the instances. `objects` gives the boxes and the trees of meshes, and of nested groups
-// the tops: build the innermost groups first, and refit when one of these is replaced. Objects with an empty box, and transforms that are not finite, take their
-// place among the paths but are never hit. The arrays must outlive the top. At most 8 groups may
-// nest (COHORT_ERROR_LIMIT).
+// Builds over the instances. `objects` gives the boxes and the trees of meshes, and of nested
+// groups the tops: build the innermost groups first, and refit when one of these is replaced.
+// Objects with an empty box, and transforms that are not finite, take their place among the paths
+// but are never hit. The arrays must outlive the top. At most 8 groups may nest
+// (COHORT_ERROR_LIMIT).
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err);
 void co_top_destroy(CoTop *top);
@@ -87,8 +88,8 @@ enum { CO_TRAVERSE_OCCLUSION = 1 };
 // flags: per ray, the CohortHidden bit of what it is, and
 // CO_TRAVERSE_OCCLUSION: only whether anything blocks it matters: a blocked ray gets t = 0 and
 // COHORT_INVALID_ID for both ids (which blocker is met first is no property of the ray); NULL =
-// none, and nothing is hidden. grouped: false = ray by ray. Same hits either way, bit for bit. Rays with a NaN anywhere,
-// an infinite origin or direction or a zero direction are invalid: t = NAN.
+// none, and nothing is hidden. grouped: false = ray by ray. Same hits either way, bit for bit. Rays
+// with a NaN anywhere, an infinite origin or direction or a zero direction are invalid: t = NAN.
 typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
                           const uint8_t *flags, CoHitBatch *hits, size_t begin, size_t end,
                           bool grouped, CoTraverseStats *stats);

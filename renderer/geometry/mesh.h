@@ -2,8 +2,8 @@
 //
 // A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv, uniformly or
 // by edges of their own levels (each limit vertex evaluated once, edge interiors once in one
-// direction, then face interiors), polygons triangulated. Triangles are numbered in face order: all of face 0, then face
-// 1 ... so "tri" orders like (face, sub-triangle).
+// direction, then face interiors), polygons triangulated. Triangles are numbered in face order: all
+// of face 0, then face 1 ... so "tri" orders like (face, sub-triangle).
 // Space: object. Threads: read-only after creation.
 
 #ifndef CO_GEOMETRY_MESH_H

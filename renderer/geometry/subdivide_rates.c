@@ -1,7 +1,8 @@
 // How fine the edges and faces of a cage become. An edge has one level, the finest that a face
 // beside it asks for, and a face the level of its finest edge or a finer one of its own: so
-// neighbors agree on the points between them (Moreton, "Watertight Tessellation Using Forward Differencing", 2001, has the idea
-// of rates that belong to edges; patch.h how a face meets an edge that is coarser than itself).
+// neighbors agree on the points between them (Moreton, "Watertight Tessellation Using Forward
+// Differencing", 2001, has the idea of rates that belong to edges; patch.h how a face meets an edge
+// that is coarser than itself).
 
 #include "geometry/subdivide.h"
 

@@ -1,6 +1,6 @@
 // Rays: the 36-byte record on disk and the field arrays of an active batch.
 //
-// Source: Eisenacher et al. 2013, 3.1 and figure 3; layout in docs/architecture.md ("Rays").
+// Source: Eisenacher et al. 2013, 3.1 and figure 3; layout in ray_parts.h.
 
 #ifndef CO_RAYS_RAY_H
 #define CO_RAYS_RAY_H

@@ -9,10 +9,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum {
-    CO_SORT_RUN = 4096,
-    CO_SORT_GROUP = 64
-};
+enum { CO_SORT_GROUP = 64 };
 
 // One sort.
 typedef struct CoRaySort {

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+#define RUN_MOST 4096   // rays; from here down by direction
 #define LEVELS_SHARED 6 // levels of the tree whose subsets are handed to workers one by one
 #define SELECT_SMALL 24
 #define SAMPLE_FROM 4096 // smaller subsets take the middle of three
@@ -130,7 +131,7 @@ static bool split(const Subset *subset, Subset *left, Subset *right)
         return false;
     float extent = 0.0f;
     int axis = 0;
-    bool by_direction = subset->by_direction || subset->count <= CO_SORT_RUN;
+    bool by_direction = subset->by_direction || subset->count <= RUN_MOST;
     if (!by_direction)
         axis = longest_axis(subset->entries, subset->count, 0, &extent);
     if (by_direction || !(extent > 0.0f)) {
