@@ -128,7 +128,7 @@ typedef struct CoPlaced {
     const CoBvh *bvh;     // of a mesh, with its nodes; NULL for groups
     const CoWideNode *nodes;
     uint32_t root;    // of the mesh, or its leaf if it has but one
-    bool is_in_place; // a mesh that stands in the group as it is, within the box
+    bool is_in_place; // a mesh that stands in the group as it is, within the box, not too fine for it
     unsigned char unused[11];
 } CoPlaced;
 _Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");

@@ -106,6 +106,34 @@ static bool has_box(const CoBox *box)
     return box->lo[0] <= box->hi[0];
 }
 
+// Nodes of meshes in place are padded for the size of the whole group: where that is more than about
+// a triangle, every ray would meet most of the mesh.
+static bool is_fine_for(const CoPlaced *placed, const CoMesh *mesh, double extent)
+{
+    double side = 0.0;
+    for (int k = 0; k < 3; k++)
+        side = fmax(side, (double)placed->box.hi[k] - (double)placed->box.lo[k]);
+    return extent * 0x1p-18 <= side / sqrt((double)mesh->tri_count + 1.0);
+}
+
+static void leave_fine_ones(CoTop *top, const CoInstance *instances, const CoObject *objects)
+{
+    CoBox all;
+    co_box_empty(&all);
+    for (uint32_t i = 0; i < top->count; i++)
+        if (has_box(&top->placed[i].box))
+            co_box_extend(&all, top->placed[i].box.lo, top->placed[i].box.hi);
+    double extent = 0.0;
+    for (int k = 0; k < 3 && has_box(&all); k++)
+        extent = fmax(extent, (double)all.hi[k] - (double)all.lo[k]);
+    for (uint32_t i = 0; i < top->count; i++) {
+        CoPlaced *placed = &top->placed[i];
+        if (placed->is_in_place)
+            placed->is_in_place = is_fine_for(placed, objects[instances[i].object].mesh, extent);
+        top->is_in_place &= placed->is_in_place || !has_box(&placed->box);
+    }
+}
+
 // Numbers the paths, measures the depth and places the instances.
 static void survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
 {
@@ -115,12 +143,12 @@ static void survey(CoTop *top, const CoInstance *instances, const CoObject *obje
     for (uint32_t i = 0; i < top->count; i++) {
         const CoObject *object = &objects[instances[i].object];
         place(&instances[i], object, &top->placed[i]);
-        top->is_in_place &= top->placed[i].is_in_place || !has_box(&top->placed[i].box);
         top->first_path[i] = top->placed[i].first_path = (uint32_t)top->path_count;
         top->path_count += object_paths(object);
         if (object->top && object->top->depth >= top->depth)
             top->depth = object->top->depth + 1;
     }
+    leave_fine_ones(top, instances, objects);
 }
 
 static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
