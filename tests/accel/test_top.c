@@ -170,6 +170,24 @@ static CoRayBatch lattice_rays(size_t count)
 
 // A mesh that stands in its group as it is is walked with the group: hits are those of a walk in a
 // space of its own.
+// Else every ray meets most of the fine mesh: nodes in place are padded for the whole group.
+static void fine_meshes_of_wide_groups_are_not_in_place(void **state)
+{
+    (void)state;
+    TestMesh fine = mesh_sphere(20, 1.0f, co_vec3(0, 0, 0));
+    TestMesh wide = mesh_sphere(6, 1e6f, co_vec3(0, 0, 0));
+    TestScene s = {0};
+    CoInstance instances[2] = {place(scene_add_mesh(&s, &fine), co_mat4d_identity()),
+                               place(scene_add_mesh(&s, &wide), co_mat4d_identity())};
+    const CoTop *top = s.tops[scene_add_group(&s, instances, 2)];
+    assert_false(top->placed[0].is_in_place);
+    assert_true(top->placed[1].is_in_place);
+    assert_false(top->is_in_place);
+    scene_clear(&s);
+    mesh_free(&fine);
+    mesh_free(&wide);
+}
+
 static void meshes_in_place_are_hit_as_others(void **state)
 {
     (void)state;
@@ -267,6 +285,7 @@ int main(void)
         cmocka_unit_test(what_cannot_be_placed_is_never_hit),
         cmocka_unit_test(failing_allocations_are_reported),
         cmocka_unit_test(meshes_in_place_are_hit_as_others),
+        cmocka_unit_test(fine_meshes_of_wide_groups_are_not_in_place),
         cmocka_unit_test(meshes_of_one_leaf_are_hit_as_others),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
