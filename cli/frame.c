@@ -16,8 +16,8 @@
 
 static volatile sig_atomic_t stop_requested, snapshot_requested, first_stop; // seconds
 
-// Who asks again a second later, while a stage loads or a disk does not answer, is not kept waiting.
-// Sooner it is the same wish: timeout(1) sends its signal to the process and to its group.
+// Who asks again more than a second later, while a stage loads or a disk does not answer, is not
+// kept waiting. Sooner it is the same wish: timeout(1) signals the process and its group.
 static void on_signal(int signal_number)
 {
     if (signal_number == SIGUSR1) {

@@ -83,7 +83,7 @@ static void parse_layer(CoParser *p)
     co_scan_space(&p->scan);
     while (!p->stopped && p->scan.at < p->scan.end) {
         const char *before = p->scan.at;
-        if (!co_parse_siblings(p, root) && !parse_root_item(p, root)) {
+        if (!co_parse_siblings(p, root) && !p->stopped && !parse_root_item(p, root)) {
             if (p->stopped)
                 return;
             co_parse_recover(p);
