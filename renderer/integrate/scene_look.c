@@ -119,19 +119,25 @@ static void release_lights(CohortScene *scene)
     scene->light_image_count = 0;
 }
 
-static void read_light_image(CohortScene *scene, const CohortLightDesc *desc, CoLightImage *out)
+static bool read_light_image(CohortScene *scene, const CohortLightDesc *desc, CoLightImage *out,
+                             CohortError *err)
 {
     CohortTextureDesc image = {.path = desc->texture_file,
                                .asset = desc->texture_asset ? desc->texture_asset
                                                             : desc->texture_file,
                                .color_space = desc->texture_color_space,
                                .color_space_name = desc->texture_color_space_name};
-    CohortError err = {0};
+    CohortError why = {0};
     float *pixels = NULL;
-    if (co_image_read(scene->textures, &image, &pixels, &out->width, &out->height, &err))
+    if (co_image_read(scene->textures, &image, &pixels, &out->width, &out->height, &why)) {
         out->pixels = pixels;
-    else
-        co_scene_warn(scene, COHORT_SEVERITY_WARNING, desc->path, err.message);
+        return true;
+    }
+    if (co_texture_may_lack(&why))
+        co_scene_warn(scene, COHORT_SEVERITY_WARNING, desc->path, why.message);
+    else if (err && err->code == COHORT_OK)
+        *err = why;
+    return co_texture_may_lack(&why);
 }
 
 // A light whose image cannot be read goes dark rather than shine in an invented color.
@@ -144,7 +150,8 @@ static bool build_lights(CohortScene *scene, CohortLightDesc *descs, CohortError
             co_scene_warn(scene, COHORT_SEVERITY_WARNING, descs[i].path, problem);
         if (descs[i].hidden || !descs[i].texture_file)
             continue;
-        read_light_image(scene, &descs[i], &scene->light_images[i]);
+        if (!read_light_image(scene, &descs[i], &scene->light_images[i], err))
+            return false;
         descs[i].hidden = scene->light_images[i].pixels == NULL;
     }
     float radius = 1.0f;

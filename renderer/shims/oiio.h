@@ -2,7 +2,8 @@
 //
 // Everything here may be slow and is called once per image, but co_oiio_tile. Texels are float,
 // interleaved, rows from the top, alpha as stored (never multiplied in). No color is converted
-// here. The first call that opens an image loads OpenImageIO; where that fails, it says so.
+// here. The first call that opens an image loads OpenImageIO; where that fails, this call and
+// all that follow fail with COHORT_ERROR_INSTALLATION.
 // Threads: calls on different handles may run at once.
 
 #ifndef CO_SHIMS_OIIO_H

@@ -31,8 +31,12 @@ typedef struct CoTexturesOptions {
 CoTextures *co_textures_create(const CoTexturesOptions *options, CohortError *err);
 void co_textures_destroy(CoTextures *textures);
 
+// Whether a picture may be made without a texture that failed for this reason: not when every other
+// one would fail too, for lack of memory or of the means to read images.
+bool co_texture_may_lack(const CohortError *why);
+
 // Opens one texture (converting it first where it must be) and returns its id. A file that cannot
-// be used gives a texture of its fallback color (Ptex: magenta) and a warning, never a failure.
+// be used gives a texture of its fallback color (Ptex: magenta) and a warning, not a failure.
 uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, CohortError *err);
 
 // For checks at commit: number of faces of a Ptex file, 0 for images; triangle or quad mesh type.

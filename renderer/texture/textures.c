@@ -275,6 +275,11 @@ uint32_t co_textures_open_image(CoTextures *textures, const char *path, CohortEr
 
 // ---- Textures --------------------------------------------------------------------------------
 
+bool co_texture_may_lack(const CohortError *why)
+{
+    return why->code != COHORT_ERROR_OUT_OF_MEMORY && why->code != COHORT_ERROR_INSTALLATION;
+}
+
 // Which channels are looked up: up to three colors, then alpha where there is one.
 static void choose_channels(CoTexture *texture, uint32_t channels, int32_t alpha)
 {
@@ -362,7 +367,7 @@ static bool add_udim(CoTextures *textures, const CohortTextureDesc *desc, CoText
             CO_FAIL(&tile_err, COHORT_ERROR_TEXTURE, "%s has other channels than the first tile",
                     path);
         }
-        if (tile_err.code == COHORT_ERROR_OUT_OF_MEMORY) {
+        if (!co_texture_may_lack(&tile_err)) {
             if (err)
                 *err = tile_err;
             return false;
@@ -420,7 +425,7 @@ uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, Co
         CO_FAIL(&why, COHORT_ERROR_FILE_NOT_FOUND, "no file is named");
     ok = ok && (is_ptex(desc) ? add_ptex(textures, desc, &texture, &why)
                               : add_image(textures, desc, &texture, &why));
-    if (!ok && why.code == COHORT_ERROR_OUT_OF_MEMORY) {
+    if (!ok && !co_texture_may_lack(&why)) {
         co_free(CO_MEMORY_TEXTURE, texture.udim, CO_UDIM_TILES * sizeof(uint32_t));
         if (err && err->code == COHORT_OK)
             *err = why;

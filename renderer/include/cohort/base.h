@@ -36,7 +36,8 @@ typedef enum CohortErrorCode {
     COHORT_ERROR_COLOR,          // an OCIO config, display, view or color space
     COHORT_ERROR_IMAGE,          // an EXR or PNG that cannot be read or has the wrong shape
     COHORT_ERROR_CANCELLED,      // the caller asked to stop
-    COHORT_ERROR_INTERNAL        // a bug in Cohort: please report it
+    COHORT_ERROR_INTERNAL,       // a bug in Cohort: please report it
+    COHORT_ERROR_INSTALLATION    // a part of Cohort, or a library that it needs, is not where it belongs
 } CohortErrorCode;
 
 // One failure, for people and for programs. A zeroed error means none; the first failure wins.
