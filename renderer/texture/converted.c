@@ -225,7 +225,8 @@ bool co_converted_room(const char *path, size_t bytes, CohortError *err)
     struct statvfs disk;
     struct rlimit limit;
     bool fits = getrlimit(RLIMIT_FSIZE, &limit) || limit.rlim_cur >= bytes;
-    if (fits && statvfs(folder, &disk) == 0)
+    // A file system that says it has no blocks does not say how many are free.
+    if (fits && statvfs(folder, &disk) == 0 && disk.f_blocks > 0 && disk.f_frsize > 0)
         fits = disk.f_bavail >= bytes / disk.f_frsize + 1;
     CO_CHECK(fits, err, COHORT_ERROR_FILE_WRITE,
              "its converted form may need %zu MB in %s, more than there is; name another folder "

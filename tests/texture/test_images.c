@@ -11,6 +11,7 @@
 
 #include <math.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 static Warnings warnings;
@@ -467,6 +468,20 @@ static void test_deep_pngs_say_what_they_are(void **state)
     assert_true(png_is_raw("iTXtsRGB"));
 }
 
+static void room_is_asked_of_disks_that_know(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    assert_true(co_converted_room(in_folder("x.exr"), 1000, &err));
+    assert_false(co_converted_room(in_folder("x.exr"), SIZE_MAX / 2, &err));
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    assert_non_null(strstr(err.message, "--converted"));
+    struct statvfs disk;
+    if (statvfs("/proc", &disk) || disk.f_blocks > 0)
+        skip(); // this system has none that says nothing
+    assert_true(co_converted_room("/proc/x.exr", 1000, NULL));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -483,6 +498,7 @@ int main(void)
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(pipes_and_devices_are_refused_at_once),
         cmocka_unit_test(converted_files_are_found_again),
+        cmocka_unit_test(room_is_asked_of_disks_that_know),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
