@@ -24,7 +24,6 @@ bool co_png_write(const char *path, uint32_t width, uint32_t height, const uint8
         cause = errno;
     }
     png_image_free(&image);
-    CO_CHECK(ok, err, COHORT_ERROR_FILE_WRITE, "cannot write %.150s: %s", path,
-             cause ? strerror(cause) : image.message);
+    CO_CHECK(ok, err, COHORT_ERROR_FILE_WRITE, "%s", cause ? strerror(cause) : image.message);
     return true;
 }

@@ -204,14 +204,15 @@ static bool write_bytes(const char *path, uint32_t width, uint32_t height, const
     CO_CHECK_MEMORY(bytes, err);
     for (size_t i = 0; i < count; i++)
         bytes[i] = to_byte(rgba[i]);
-    bool ok = co_png_write(partial, width, height, bytes, err);
+    CohortError why = {0};
+    bool ok = co_png_write(partial, width, height, bytes, &why);
     co_free(TAG, bytes, count);
     if (ok && rename(partial, path) == 0)
         return true;
     if (ok)
-        CO_FAIL(err, COHORT_ERROR_FILE_WRITE, "cannot write %.150s: %s", path, strerror(errno));
+        CO_FAIL(&why, COHORT_ERROR_FILE_WRITE, "%s", strerror(errno));
     unlink(partial);
-    return false;
+    return CO_FAIL(err, why.code, "cannot write %.100s: %.120s", path, why.message);
 }
 
 bool cohort_png_write(const char *path, uint32_t width, uint32_t height, const float *rgba,

@@ -1,3 +1,4 @@
+#define _GNU_SOURCE // fallocate, which writes nothing where it is not known
 #include "texture/converted.h"
 
 #include "base/error.h"
@@ -7,6 +8,7 @@
 #include "base/parallel.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -218,6 +220,20 @@ bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t
     return true;
 }
 
+// Whether the file system gives so many bytes when asked for them: quotas are told no other way.
+static bool can_allocate(const char *folder, size_t bytes)
+{
+    char name[4200];
+    snprintf(name, sizeof name, "%s/room-XXXXXX", folder);
+    int file = mkstemp(name);
+    if (file < 0)
+        return true; // for other reasons, which writing will name
+    unlink(name);
+    int cause = fallocate(file, 0, 0, (off_t)bytes) ? errno : 0;
+    close(file);
+    return cause != ENOSPC && cause != EDQUOT && cause != EFBIG;
+}
+
 bool co_converted_room(const char *path, size_t bytes, CohortError *err)
 {
     char folder[4096];
@@ -228,6 +244,7 @@ bool co_converted_room(const char *path, size_t bytes, CohortError *err)
     // A file system that says it has no blocks does not say how many are free.
     if (fits && statvfs(folder, &disk) == 0 && disk.f_blocks > 0 && disk.f_frsize > 0)
         fits = disk.f_bavail >= bytes / disk.f_frsize + 1;
+    fits = fits && can_allocate(folder, bytes);
     CO_CHECK(fits, err, COHORT_ERROR_FILE_WRITE,
              "its converted form may need %zu MB in %s, more than there is; name another folder "
              "with --converted",

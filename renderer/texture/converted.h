@@ -32,7 +32,8 @@ float co_srgb_decode(float encoded);
 bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t settings,
                        const char *extension, char **out, CohortError *err);
 
-// Whether so many bytes can be written beside `path`, as far as the file system says.
+// Whether so many bytes can be written beside `path`: limits, free blocks, and quotas, by taking them
+// for a moment.
 bool co_converted_room(const char *path, size_t bytes, CohortError *err);
 
 // A name beside `path` to write to before co_converted_publish moves it there in one step.

@@ -112,14 +112,14 @@ static void what_is_no_picture_is_refused(void **state)
     assert_int_not_equal(access(path, F_OK), 0);
 }
 
-static void disks_that_refuse_are_named(void **state)
+static void disks_that_refuse_are_reasons(void **state)
 {
     (void)state;
     static uint8_t pixels[64 * 64 * 4];
     CohortError missing = {0}, full = {0};
     assert_false(co_png_write("no/such/folder/x.png", 64, 64, pixels, &missing));
     assert_int_equal(missing.code, COHORT_ERROR_FILE_WRITE);
-    assert_non_null(strstr(missing.message, "no/such/folder/x.png"));
+    assert_non_null(strstr(missing.message, "No such file"));
     if (access("/dev/full", W_OK) != 0)
         skip();
     for (size_t i = 0; i < sizeof pixels; i++)
@@ -138,7 +138,7 @@ int main(void)
         cmocka_unit_test_teardown(every_shape_comes_back, remove_file),
         cmocka_unit_test_teardown(what_is_smooth_is_small, remove_file),
         cmocka_unit_test_teardown(what_is_no_picture_is_refused, remove_file),
-        cmocka_unit_test(disks_that_refuse_are_named),
+        cmocka_unit_test(disks_that_refuse_are_reasons),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

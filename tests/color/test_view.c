@@ -196,6 +196,7 @@ static void a_png_holds_what_the_view_shows(void **state)
     CohortError unwritten = {0}, taken = {0};
     assert_false(cohort_png_write("nofolder/a.png", 2, 2, pixels, view, &unwritten));
     assert_int_equal(unwritten.code, COHORT_ERROR_FILE_WRITE);
+    assert_string_equal(unwritten.message, "cannot write nofolder/a.png: No such file or directory");
     assert_int_equal(mkdir("taken.png", 0777), 0);
     assert_false(cohort_png_write("taken.png", 2, 2, pixels, view, &taken));
     assert_non_null(strstr(taken.message, "irectory"));

@@ -1,5 +1,6 @@
 // Image textures: orientation, channels, wraps, color, mip levels, UDIM sets, broken files.
 
+#define _GNU_SOURCE // fallocate
 #include "png_support.h"
 #include "texture_support.h"
 
@@ -9,6 +10,8 @@
 #include "texture/converted.h"
 #include "texture/image_convert.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
@@ -468,9 +471,29 @@ static void test_deep_pngs_say_what_they_are(void **state)
     assert_true(png_is_raw("iTXtsRGB"));
 }
 
+// The disk's answer to who asks for blocks, in place of the C library's: 0 lets them be had.
+static int answer_of_disk;
+
+int fallocate(int file, int mode, off_t offset, off_t size)
+{
+    (void)file, (void)mode, (void)offset, (void)size;
+    errno = answer_of_disk;
+    return answer_of_disk ? -1 : 0;
+}
+
 static void room_is_asked_of_disks_that_know(void **state)
 {
     (void)state;
+    static const int refusals[] = {ENOSPC, EDQUOT, EFBIG};
+    for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
+        CohortError refused = {0};
+        answer_of_disk = refusals[i];
+        assert_false(co_converted_room(in_folder("x.exr"), 1000, &refused));
+        assert_int_equal(refused.code, COHORT_ERROR_FILE_WRITE);
+    }
+    answer_of_disk = EOPNOTSUPP; // says nothing
+    assert_true(co_converted_room(in_folder("x.exr"), 1000, NULL));
+    answer_of_disk = 0;
     CohortError err = {0};
     assert_true(co_converted_room(in_folder("x.exr"), 1000, &err));
     assert_false(co_converted_room(in_folder("x.exr"), SIZE_MAX / 2, &err));
