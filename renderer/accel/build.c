@@ -118,12 +118,9 @@ static bool make_workers(Build *build)
     bool is_done = build->workers;
     for (size_t i = 0; is_done && i < build->worker_count; i++) {
         CoSubtree *worker = &build->workers[i];
-        *worker = (CoSubtree){
-            .prims = build->prims->prims, .rule = build->rule, .scale = build->opening.scale};
-        worker->nodes = co_alloc(TAG, 2 * most * sizeof *worker->nodes);
+        *worker = (CoSubtree){.rule = build->rule, .scale = build->opening.scale};
         worker->moved = co_alloc(TAG, most * sizeof *worker->moved);
-        worker->leaves = co_alloc(TAG, most * build->rule->prim_bytes);
-        is_done = worker->nodes && worker->moved && (worker->leaves || !build->rule->prim_bytes);
+        is_done = worker->moved;
     }
     return is_done;
 }
@@ -131,9 +128,10 @@ static bool make_workers(Build *build)
 static void free_workers(Build *build)
 {
     for (size_t i = 0; build->workers && i < build->worker_count; i++) {
-        co_free(TAG, build->workers[i].nodes, 2 * build->opening.largest * sizeof(CoBinaryNode));
-        co_free(TAG, build->workers[i].moved, build->opening.largest * sizeof(CoBuildPrim));
-        co_free(TAG, build->workers[i].leaves, build->opening.largest * build->rule->prim_bytes);
+        CoSubtree *worker = &build->workers[i];
+        co_free(TAG, worker->nodes, worker->node_capacity * sizeof *worker->nodes);
+        co_free(TAG, worker->moved, build->opening.largest * sizeof *worker->moved);
+        co_free(TAG, worker->leaves, worker->leaf_capacity);
     }
     co_free(TAG, build->workers, build->worker_count * sizeof *build->workers);
     build->workers = NULL;

@@ -14,13 +14,13 @@
 
 #include "accel/node.h"
 
-// One thing to put into a tree. lo <= hi, finite.
+// One thing to put into a tree. lo <= hi, finite. Most of what a build holds at its peak, so there
+// is no padding; four floats from lo or from hi on are within it.
 typedef struct CoBuildPrim {
-    float lo[3];
+    float lo[3], hi[3];
     uint32_t id;
-    float hi[3];
-    uint32_t unused;
 } CoBuildPrim;
+_Static_assert(sizeof(CoBuildPrim) == 28, "boxes and ids alone");
 
 // What leaves look like. Its functions are called from any thread.
 typedef struct CoLeafRule {

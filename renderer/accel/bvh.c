@@ -165,7 +165,6 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
         memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);
         memcpy(fill->prims[i].hi, box.hi, sizeof box.hi);
         fill->prims[i].id = id;
-        fill->prims[i].unused = 0;
     }
 }
 

@@ -215,10 +215,10 @@ size_t co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, CoB
         float c = 0.5f * prims[i].lo[axis] + 0.5f * prims[i].hi[axis];
         bool is_right = (c - origin) * scale >= edge;
         Co4 lo = co4_load(prims[i].lo), hi = co4_load(prims[i].hi);
-        co4_store(prims[left].lo, lo);
         co4_store(prims[left].hi, hi);
-        co4_store(moved[right].lo, lo);
+        co4_store(prims[left].lo, lo);
         co4_store(moved[right].hi, hi);
+        co4_store(moved[right].lo, lo);
         left += !is_right;
         right += is_right;
     }

@@ -100,6 +100,28 @@ void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref)
     node->child[i] = ref;
 }
 
+// Room for one more node.
+static bool reserve_node(CoSubtree *s)
+{
+    void *nodes = s->nodes;
+    bool is_done =
+        co_grow(CO_MEMORY_ACCEL, &nodes, s->node_count, &s->node_capacity, sizeof *s->nodes);
+    s->nodes = nodes;
+    return is_done;
+}
+
+// Room for one more leaf, of so many prims.
+static bool reserve_leaf(CoSubtree *s, size_t count)
+{
+    size_t bytes = s->leaf_bytes + count * s->rule->prim_bytes;
+    void *leaves = s->leaves;
+    bool is_done = true;
+    while (is_done && bytes > s->leaf_capacity)
+        is_done = co_grow(CO_MEMORY_ACCEL, &leaves, bytes, &s->leaf_capacity, 1);
+    s->leaves = leaves;
+    return is_done;
+}
+
 // A leaf is written when the next one is found, by when the memory it asked for has arrived.
 static void write_pending(CoSubtree *s)
 {
@@ -107,26 +129,30 @@ static void write_pending(CoSubtree *s)
         return;
     CoBinaryNode *node = &s->nodes[s->pending - 1];
     size_t bytes = 0, place = s->leaf_bytes / CO_LEAF_UNIT;
+    s->pending = 0;
+    if (!reserve_leaf(s, node->count)) {
+        s->is_out_of_memory = true;
+        return;
+    }
     node->leaf = s->rule->emit(s->rule->context, s->prims + node->first, node->count,
-                               s->leaves + s->leaf_bytes, &bytes);
+                               s->leaves ? s->leaves + s->leaf_bytes : NULL, &bytes);
     node->leaf += (uint32_t)place;
     s->leaf_bytes += bytes;
-    s->pending = 0;
 }
 
 static uint32_t grow(CoSubtree *s, const CoRange *range)
 {
-    uint32_t index = (uint32_t)s->node_count++;
-    CoBinaryNode *node = &s->nodes[index];
-    node->box = range->box;
-    node->first = range->first;
-    node->count = range->count;
-    node->right = 0;
+    uint32_t index = (uint32_t)s->node_count;
+    s->is_out_of_memory = s->is_out_of_memory || !reserve_node(s);
+    if (s->is_out_of_memory)
+        return 0;
+    s->nodes[s->node_count++] =
+        (CoBinaryNode){.box = range->box, .first = range->first, .count = range->count};
     if (range->count <= s->rule->most &&
         s->rule->fits(s->rule->context, s->prims + range->first, range->count)) {
         write_pending(s);
         s->pending = index + 1;
-        co_plan_node(node, NULL, NULL, s->scale);
+        co_plan_node(&s->nodes[index], NULL, NULL, s->scale);
         return index;
     }
     CoRange halves[2];
@@ -134,9 +160,12 @@ static uint32_t grow(CoSubtree *s, const CoRange *range)
     for (int i = 0; i < 2 && s->rule->approach; i++)
         if (range->count > NEAR && halves[i].count <= NEAR)
             s->rule->approach(s->rule->context, s->prims + halves[i].first, halves[i].count);
-    uint32_t left = grow(s, &halves[0]);
-    node->right = grow(s, &halves[1]);
-    co_plan_node(node, &s->nodes[left], &s->nodes[node->right], s->scale);
+    grow(s, &halves[0]);
+    uint32_t right = grow(s, &halves[1]);
+    CoBinaryNode *node = &s->nodes[index];
+    node->right = right;
+    if (!s->is_out_of_memory)
+        co_plan_node(node, node + 1, &s->nodes[right], s->scale);
     return index;
 }
 
@@ -159,8 +188,11 @@ bool co_subtree_build(CoSubtree *s, const CoRange *range, bool has_node, CoPiece
 {
     *out = (CoPiece){0};
     s->node_count = s->leaf_bytes = s->pending = 0;
+    s->is_out_of_memory = false;
     grow(s, range);
     write_pending(s);
+    if (s->is_out_of_memory)
+        return false;
     bool is_node = has_node || s->nodes[0].right;
     size_t node_count = is_node ? co_plan_count(s->nodes, 0) : 0;
     size_t node_bytes = node_count * sizeof *out->nodes;

@@ -18,15 +18,17 @@ typedef struct CoBinaryNode {
     uint8_t left[CO_NODE_WIDTH + 1]; // [j]: how many of them go left; 0: j - 1 do as well
 } CoBinaryNode;
 
+// Nodes and leaves are blocks of CO_MEMORY_ACCEL that grow, as few ranges need what the worst does.
 typedef struct CoSubtree {
-    CoBinaryNode *nodes; // room for 2 * most - 1
-    CoBuildPrim *moved;  // room for `most`
-    CoBuildPrim *prims;  // of the whole tree
+    CoBinaryNode *nodes;
+    CoBuildPrim *moved; // room for all prims of the range
+    CoBuildPrim *prims; // of the whole tree
     const CoLeafRule *rule;
-    double scale;          // of areas, so that a walk's cost compares with a node's memory
-    unsigned char *leaves; // room for `most` times the rule's prim_bytes
-    size_t node_count, leaf_bytes;
+    double scale; // of areas, so that a walk's cost compares with a node's memory
+    unsigned char *leaves;
+    size_t node_count, node_capacity, leaf_bytes, leaf_capacity;
     size_t pending; // 1 + the node whose leaf is not written yet, 0: none
+    bool is_out_of_memory;
 } CoSubtree;
 
 // The nodes and leaves of one subtree, in one block. References are relative to it.

@@ -106,8 +106,8 @@ static bool has_box(const CoBox *box)
     return box->lo[0] <= box->hi[0];
 }
 
-// Nodes of meshes in place are padded for the size of the whole group: where that is more than about
-// a triangle, every ray would meet most of the mesh.
+// Nodes of meshes in place are padded for the size of the whole group: where that is more than
+// about a triangle, every ray would meet most of the mesh.
 static bool is_fine_for(const CoPlaced *placed, const CoMesh *mesh, double extent)
 {
     double side = 0.0;
@@ -161,7 +161,6 @@ static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
         memcpy(prims[used].lo, box->lo, sizeof prims[used].lo);
         memcpy(prims[used].hi, box->hi, sizeof prims[used].hi);
         prims[used].id = i;
-        prims[used].unused = 0;
         used++;
     }
     return used;
