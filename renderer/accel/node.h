@@ -129,13 +129,16 @@ typedef struct CoPlaced {
     const CoWideNode *nodes;
     uint32_t root;    // of the mesh, or its leaf if it has but one
     bool is_in_place; // a mesh that stands in the group as it is, within the box, not too fine for it
-    unsigned char unused[11];
+    bool is_baked;    // bvh is over the points where the group has them: rays stay what they are
+    unsigned char unused[10];
 } CoPlaced;
 _Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");
 
 struct CoTop {
     CoTree tree;
     CoPlaced *placed;     // instances
+    CoBvh **baked;        // of instances that have trees of their own, see bake.h
+    uint32_t baked_count, baked_capacity;
     uint32_t *first_path; // paths of the instances before this one: a prefix sum
     uint32_t count;       // of instances
     uint32_t depth;       // groups from here down, this one counted

@@ -1,3 +1,4 @@
+#include "accel/bake.h"
 #include "accel/build.h"
 
 #include "base/error.h"
@@ -93,12 +94,23 @@ static void place(const CoInstance *instance, const CoObject *object, CoPlaced *
     *out = (CoPlaced){.hidden_from = instance->hidden_from, .bvh = bvh};
     if (!instance_box(instance, object, &out->box))
         co_box_empty(&out->box);
-    if (!bvh || bvh->tree.node_count == 0)
+    if (bvh && bvh->tree.node_count > 0)
+        out->is_in_place = is_identity(&instance->to_object);
+    else
+        out->bvh = NULL;
+}
+
+// The same of its tree, once that is known.
+static void place_tree(CoPlaced *placed)
+{
+    const CoBvh *bvh = placed->bvh;
+    if (!bvh)
         return;
-    out->nodes = bvh->tree.nodes;
-    if (out->nodes->child[0] & CO_REF_LEAF && out->nodes->child[1] == CO_REF_NONE)
-        out->root = out->nodes->child[0];
-    out->is_in_place = is_identity(&instance->to_object) && is_within(&bvh->tree.box, &out->box);
+    placed->nodes = bvh->tree.nodes;
+    if (placed->nodes->child[0] & CO_REF_LEAF && placed->nodes->child[1] == CO_REF_NONE)
+        placed->root = placed->nodes->child[0];
+    placed->is_in_place |= placed->is_baked;
+    placed->is_in_place &= is_within(&bvh->tree.box, &placed->box);
 }
 
 static bool has_box(const CoBox *box)
@@ -134,8 +146,8 @@ static void leave_fine_ones(CoTop *top, const CoInstance *instances, const CoObj
     }
 }
 
-// Numbers the paths, measures the depth and places the instances.
-static void survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
+// Numbers the paths, measures the depth and places the instances. False when memory is out.
+static bool survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
 {
     top->depth = 1;
     top->path_count = 0;
@@ -148,7 +160,12 @@ static void survey(CoTop *top, const CoInstance *instances, const CoObject *obje
         if (object->top && object->top->depth >= top->depth)
             top->depth = object->top->depth + 1;
     }
+    if (!co_bake(top, instances, objects))
+        return false;
+    for (uint32_t i = 0; i < top->count; i++)
+        place_tree(&top->placed[i]);
     leave_fine_ones(top, instances, objects);
+    return true;
 }
 
 static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
@@ -174,8 +191,7 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
             has_box(&top->placed[i].box))
             return false;
     }
-    survey(top, instances, objects);
-    return top->depth <= CO_GROUP_DEPTH_MAX;
+    return survey(top, instances, objects) && top->depth <= CO_GROUP_DEPTH_MAX;
 }
 
 static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
@@ -202,15 +218,14 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
         top->first_path = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->first_path);
         is_built = top->placed && top->first_path;
     }
-    if (is_built) {
-        survey(top, instances, objects);
+    if (is_built && survey(top, instances, objects)) {
         prims.count = list_prims(top, prims.prims);
         is_built = top->depth <= CO_GROUP_DEPTH_MAX ||
                    CO_FAIL(err, COHORT_ERROR_LIMIT, "groups are nested more than %d deep",
                            CO_GROUP_DEPTH_MAX);
         is_built = is_built && build_tree(top, &prims, err);
     } else {
-        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);
+        is_built = CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);
     }
     co_prims_free(&prims);
     if (!is_built) {
@@ -225,6 +240,7 @@ void co_top_destroy(CoTop *top)
     if (!top)
         return;
     co_tree_clear(&top->tree);
+    co_bake_clear(top);
     co_free(CO_MEMORY_ACCEL, top->placed, top->count * sizeof *top->placed);
     co_free(CO_MEMORY_ACCEL, top->first_path, top->count * sizeof *top->first_path);
     co_free(CO_MEMORY_ACCEL, top, sizeof *top);
@@ -233,5 +249,5 @@ void co_top_destroy(CoTop *top)
 size_t co_top_bytes(const CoTop *top)
 {
     return sizeof *top + top->tree.node_capacity * sizeof *top->tree.nodes +
-           top->count * (sizeof *top->placed + sizeof *top->first_path);
+           top->count * (sizeof *top->placed + sizeof *top->first_path) + co_bake_bytes(top);
 }

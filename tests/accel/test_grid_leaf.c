@@ -45,8 +45,11 @@ static CoHitBatch trace(const CoMesh *mesh, const CoRayBatch *rays, CoTraverseSt
     TestScene s = {0};
     TestMesh m = {.mesh = *mesh};
     scene_add_mesh(&s, &m);
-    CoInstance instance = place(0, matrix(0.3, co_vec3(1.0f, 1.25f, 1.0f), co_vec3(0.1f, 0, 0)));
-    scene_add_group(&s, &instance, 1);
+    // Twice, or the loose ones would be baked.
+    const CoVec3 scale = co_vec3(1.0f, 1.25f, 1.0f);
+    CoInstance instances[2] = {place(0, matrix(0.3, scale, co_vec3(0.1f, 0, 0))),
+                               place(0, matrix(0.3, scale, co_vec3(20.0f, 0, 0)))};
+    scene_add_group(&s, instances, 2);
     CoHitBatch hits = hits_alloc(rays->count);
     traverse_all(&s.scene, rays, NULL, &hits, stats);
     scene_clear(&s);

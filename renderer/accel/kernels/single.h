@@ -92,6 +92,17 @@ static inline Walk walk_of(const CoObject *object, uint32_t path)
                   .path = path};
 }
 
+// Below an instance.
+static inline Walk walk_of_placed(const CoPlaced *placed, const CoObject *object, uint32_t path)
+{
+    Walk walk = walk_of(object, path);
+    if (placed->is_baked) {
+        walk.tree = &placed->bvh->tree;
+        walk.bvh = placed->bvh;
+    }
+    return walk;
+}
+
 // Asks for the first lines of children that are entered: of nodes, and of leaves or instances,
 // which are `stride` bytes apart. Always inline: the compiler drops calls of functions that do no
 // more.
@@ -299,8 +310,13 @@ static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, con
     if (is_hidden(group, ray, placed) || is_empty(object) ||
         (!is_leaf && !enter_box_of(ray, placed, &inner)))
         return;
-    const Walk below = walk_of(object, walk->path + placed->first_path);
-    ray_transform(ray, &instance->to_object, &inner);
+    const Walk below = walk_of_placed(placed, object, walk->path + placed->first_path);
+    if (placed->is_baked) {
+        inner.org = ray->org;
+        inner.dir = ray->dir;
+    } else {
+        ray_transform(ray, &instance->to_object, &inner);
+    }
     if (co_four_same3(inner.dir, ray->dir)) // many transforms only move
         ray_share_direction(ray, &inner);
     else

@@ -233,13 +233,14 @@ static inline bool is_scattered(const Rays *rays, uint64_t all)
 }
 
 // All rays through an object in whose space they are.
-static void trace_object(Group *group, Rays *rays, const CoObject *object, uint32_t path)
+static void trace_object(Group *group, Rays *rays, const Walk *object)
 {
-    const Walk walk = walk_of(object, path);
+    const Walk walk = *object;
+    const CoTop *top = walk.bvh ? NULL : walk.object->top;
     // Where nothing is transformed, nothing is off.
-    rays->is_tight = !object->top || object->top->is_in_place;
+    rays->is_tight = !top || top->is_in_place;
     rays_prepare(rays, &walk.tree->box, rays->is_tight ? 0.0f : CO_TRANSFORM_SLACK);
-    if (object->top && rays->is_tight && rays->signed_zero) {
+    if (top && rays->is_tight && rays->signed_zero) {
         rays->is_tight = false;
         rays_prepare(rays, &walk.tree->box, CO_TRANSFORM_SLACK);
     }
@@ -342,8 +343,10 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
     if (inner.count == 0)
         return;
     rays_pad(&inner);
-    rays_transform(&inner, &instance->to_object);
-    trace_object(group, &inner, object, path);
+    if (!placed->is_baked)
+        rays_transform(&inner, &instance->to_object);
+    const Walk below = walk_of_placed(placed, object, path);
+    trace_object(group, &inner, &below);
     for (uint32_t n = 0; n < inner.count; n++)
         rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
 }

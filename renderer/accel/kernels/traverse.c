@@ -502,8 +502,9 @@ static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const 
     const CoObject *root = &scene->objects[scene->root];
     if (rays.count && root->top && !is_empty(root)) {
         rays_pad(&rays);
+        const Walk walk = walk_of(root, 0);
         if (grouped)
-            trace_object(&group, &rays, root, 0);
+            trace_object(&group, &rays, &walk);
         else
             trace_each(&group, &rays, root);
     }
