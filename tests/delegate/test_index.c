@@ -1,7 +1,6 @@
 // The index pulls what is dirty, edits the scene no more than that needs, and counts both.
 
-#include "fake_host.h"
-#include "fake_renderer.h"
+#include "index_fixture.h"
 
 #include "base/memory.h"
 
@@ -13,40 +12,6 @@
 
 #include <cmocka.h>
 
-static CohortDelegate *delegate;
-static CohortRenderIndex *render_index;
-static FakeHost host;
-
-static int setup(void **state)
-{
-    (void)state;
-    fake_reset();
-    fake_host_init(&host);
-    delegate = cohort_delegate_create(NULL);
-    render_index = cohort_render_index_create(delegate, NULL);
-    return render_index ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
-}
-
-static void insert(CohortPrimType type, const char *path, const char *instancer, uint32_t prototype)
-{
-    assert_true(cohort_render_index_insert(render_index, type, path, &host.scene, instancer,
-                                           prototype, NULL));
-}
-
-static void sync(void)
-{
-    CohortError err = {0};
-    assert_true(cohort_render_index_sync(render_index, &err));
-    assert_int_equal(err.code, COHORT_OK);
-}
-
 static size_t report_count(void)
 {
     const CohortReportEntry *entries;
@@ -57,9 +22,9 @@ static void test_mesh_reaches_the_root_group(void **state)
 {
     (void)state;
     host.x = 4.0;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/b", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/b", NULL, 0);
+    sync_index();
     const FakeObject *root = &fake.objects[0];
     assert_int_equal(root->instance_count, 2);
     assert_int_equal(root->instances[0].prim_id, 0);
@@ -77,11 +42,11 @@ static void test_mesh_reaches_the_root_group(void **state)
 static void test_clean_index_pulls_nothing(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    sync_index();
     assert_int_equal(cohort_render_index_dirty_bits(render_index, "/a"), 0);
     uint64_t pulls = host.mesh_pulls, commits = fake.commits;
-    sync();
+    sync_index();
     assert_int_equal(host.mesh_pulls, pulls);
     assert_int_equal(fake.commits, commits);
 }
@@ -89,18 +54,18 @@ static void test_clean_index_pulls_nothing(void **state)
 static void test_transform_moves_without_rebuilding(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    sync_index();
     host.x = 3.0;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_TRANSFORM);
-    sync();
+    sync_index();
     assert_int_equal(fake.set_mesh_calls, 1);
     assert_int_equal(host.mesh_pulls, 1);
     assert_true(fake.objects[0].instances[0].transform[3][0] == 3.0);
     // The same value again is no edit at all.
     uint64_t groups = fake.set_group_calls, commits = fake.commits;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_TRANSFORM);
-    sync();
+    sync_index();
     assert_int_equal(fake.set_group_calls, groups);
     assert_int_equal(fake.commits, commits);
 }
@@ -108,16 +73,16 @@ static void test_transform_moves_without_rebuilding(void **state)
 static void test_camera_and_light_edits_leave_geometry(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    insert(COHORT_PRIM_LIGHT, "/light", NULL, 0);
-    insert(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    insert_prim(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
+    sync_index();
     CohortSyncCounts before, after;
     cohort_render_index_counts(render_index, &before);
     cohort_render_index_mark_dirty(render_index, "/light", COHORT_DIRTY_PARAMS);
     cohort_render_index_mark_dirty(render_index, "/camera", COHORT_DIRTY_TRANSFORM);
     host.x = 1.0;
-    sync();
+    sync_index();
     cohort_render_index_counts(render_index, &after);
     assert_int_equal(after.scene.mesh_builds, before.scene.mesh_builds);
     assert_int_equal(after.scene.group_builds, before.scene.group_builds);
@@ -142,14 +107,14 @@ static void test_each_bit_is_counted_alone(void **state)
                  {"/light", COHORT_PRIM_LIGHT, 0xc03, 0},
                  {"/material", COHORT_PRIM_MATERIAL, 0xc00, 0}};
     for (size_t i = 0; i < 5; i++)
-        insert(prims[i].type, prims[i].path, NULL, 0);
-    sync();
+        insert_prim(prims[i].type, prims[i].path, NULL, 0);
+    sync_index();
     for (size_t i = 0; i < 5; i++)
         for (uint32_t bit = 0; bit < COHORT_DIRTY_BIT_COUNT; bit++) {
             CohortSyncCounts before, after;
             cohort_render_index_counts(render_index, &before);
             cohort_render_index_mark_dirty(render_index, prims[i].path, 1u << bit);
-            sync();
+            sync_index();
             cohort_render_index_counts(render_index, &after);
             uint64_t meant = (prims[i].bits >> bit) & 1, rebuilt = (prims[i].rebuilds >> bit) & 1;
             before.by_bit[prims[i].type][bit] += meant;
@@ -166,16 +131,16 @@ static void test_rebinding_builds_nothing(void **state)
     static const CohortMaterialNetwork network = {&surface, 1, 0, -1};
     host.network = &network;
     host.material = "/one";
-    insert(COHORT_PRIM_MATERIAL, "/one", NULL, 0);
-    insert(COHORT_PRIM_MATERIAL, "/two", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/one", NULL, 0);
+    insert_prim(COHORT_PRIM_MATERIAL, "/two", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync_index();
     uint32_t object = fake.objects[0].instances[0].object;
     assert_int_equal(fake.objects[object].material, 0);
     host.material = "/two";
     uint64_t groups = fake.set_group_calls;
     cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_MATERIAL_ID);
-    sync();
+    sync_index();
     CohortSyncCounts counts;
     cohort_render_index_counts(render_index, &counts);
     assert_int_equal(fake.objects[object].material, 1);
@@ -186,7 +151,7 @@ static void test_rebinding_builds_nothing(void **state)
     assert_int_equal(counts.scene.material_binds, 1);
     // Materials that turn plain or back are bindings too.
     cohort_delegate_set_bool(delegate, "enableSceneMaterials", false, NULL);
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[object].material, COHORT_INVALID_ID);
     assert_int_equal(fake.set_mesh_calls, 1);
 }
@@ -194,30 +159,30 @@ static void test_rebinding_builds_nothing(void **state)
 static void test_shadows_are_a_light_s_or_the_host_s(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_LIGHT, "/light", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync_index();
     assert_false(fake.lights[0].no_shadow);
     cohort_delegate_set_bool(delegate, "enableShadows", false, NULL);
-    sync();
+    sync_index();
     assert_true(fake.lights[0].no_shadow);
     assert_int_equal(fake.set_mesh_calls, 1);
     cohort_delegate_set_bool(delegate, "enableShadows", true, NULL);
-    sync();
+    sync_index();
     assert_false(fake.lights[0].no_shadow);
 }
 
 static void test_visibility_hides(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    insert(COHORT_PRIM_LIGHT, "/l", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/l", NULL, 0);
+    sync_index();
     assert_false(fake.objects[0].instances[0].hidden);
     host.invisible = true;
     cohort_render_index_mark_all_dirty(render_index, COHORT_PRIM_MESH, COHORT_DIRTY_VISIBILITY);
     cohort_render_index_mark_all_dirty(render_index, COHORT_PRIM_LIGHT, COHORT_DIRTY_VISIBILITY);
-    sync();
+    sync_index();
     assert_true(fake.objects[0].instances[0].hidden);
     assert_true(fake.lights[0].hidden);
     assert_int_equal(fake.set_mesh_calls, 1);
@@ -226,21 +191,21 @@ static void test_visibility_hides(void **state)
 static void test_remove_empties_the_scene(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    insert(COHORT_PRIM_LIGHT, "/l", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/l", NULL, 0);
+    sync_index();
     uint32_t object = fake.objects[0].instances[0].object;
     cohort_render_index_remove(render_index, "/a");
     cohort_render_index_remove(render_index, "/l");
     cohort_render_index_remove(render_index, "/nowhere");
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 0);
     assert_false(fake.objects[object].is_mesh);
     assert_true(fake.lights[0].hidden);
     assert_int_equal(cohort_render_index_prim_count(render_index, COHORT_PRIM_MESH), 0);
     assert_null(cohort_render_index_prim_path(render_index, 0));
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0); // the path is free again
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0); // the path is free again
+    sync_index();
     assert_int_equal(fake.objects[0].instances[0].prim_id, 1);
 }
 
@@ -262,13 +227,13 @@ static void test_prototype_exists_once(void **state)
                                              .hidden = hidden,
                                              .display_colors = colors};
     host.x = 1.0;
-    insert(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
+    insert_prim(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
     for (int i = 0; i < 16; i++) {
         char path[16];
         snprintf(path, sizeof path, "/i/p%d", i);
-        insert(COHORT_PRIM_MESH, path, "/i", 0);
+        insert_prim(COHORT_PRIM_MESH, path, "/i", 0);
     }
-    sync();
+    sync_index();
     const FakeObject *root = &fake.objects[0];
     assert_int_equal(fake.set_mesh_calls, 16);
     assert_int_equal(root->instance_count, 700);
@@ -294,11 +259,11 @@ static void test_instancer_inserted_after_its_parts(void **state)
     const uint32_t prototypes[2] = {1, 5};
     host.instancer = (CohortInstancerSource){
         .instance_count = 2, .prototypes = prototypes, .samples = &sample, .sample_count = 1};
-    insert(COHORT_PRIM_MESH, "/i/p", "/i", 1);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/i/p", "/i", 1);
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 0);
-    insert(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 1); // prototype 5 is empty
 }
 
@@ -310,10 +275,10 @@ static void test_nested_instancers(void **state)
     CohortInstancesSample sample = {.transforms = transforms};
     host.instancer =
         (CohortInstancerSource){.instance_count = 1, .samples = &sample, .sample_count = 1};
-    insert(COHORT_PRIM_INSTANCER, "/outer", NULL, 0);
-    insert(COHORT_PRIM_INSTANCER, "/outer/inner", "/outer", 0);
-    insert(COHORT_PRIM_MESH, "/outer/inner/mesh", "/outer/inner", 0);
-    sync();
+    insert_prim(COHORT_PRIM_INSTANCER, "/outer", NULL, 0);
+    insert_prim(COHORT_PRIM_INSTANCER, "/outer/inner", "/outer", 0);
+    insert_prim(COHORT_PRIM_MESH, "/outer/inner/mesh", "/outer/inner", 0);
+    sync_index();
     const FakeObject *outer = &fake.objects[fake.objects[0].instances[0].object];
     assert_int_equal(outer->instance_count, 1);
     const FakeObject *inner = &fake.objects[outer->instances[0].object];
@@ -323,38 +288,38 @@ static void test_nested_instancers(void **state)
     uint64_t groups = fake.set_group_calls;
     host.x = 2.0;
     cohort_render_index_mark_dirty(render_index, "/outer/inner/mesh", COHORT_DIRTY_TRANSFORM);
-    sync();
+    sync_index();
     assert_int_equal(fake.set_group_calls, groups + 1);
 }
 
 static void test_bad_prims_are_reported_and_left_out(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
     host.fail_mesh = true;
-    sync();
+    sync_index();
     assert_int_equal(report_count(), 1);
     assert_int_equal(fake.objects[0].instance_count, 0);
     host.fail_mesh = false;
     fake.fail_set_mesh = true;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_POINTS);
-    sync();
+    sync_index();
     assert_int_equal(report_count(), 2);
     fake.fail_set_mesh = false;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_POINTS);
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 1); // back again
     host.x = (double)NAN;
     cohort_render_index_mark_dirty(render_index, "/a", COHORT_DIRTY_TRANSFORM);
-    sync();
+    sync_index();
     assert_int_equal(report_count(), 3);
     assert_true(isfinite(fake.objects[0].instances[0].transform[3][0]));
     CohortInstancesSample none = {0};
     host.instancer =
         (CohortInstancerSource){.instance_count = 1, .samples = &none, .sample_count = 1};
-    insert(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
+    insert_prim(COHORT_PRIM_INSTANCER, "/i", NULL, 0);
     host.x = 0.0;
-    sync();
+    sync_index();
     assert_int_equal(report_count(), 4);
 }
 
@@ -362,7 +327,7 @@ static void test_arguments_are_checked(void **state)
 {
     (void)state;
     CohortError err = {0};
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
     assert_false(cohort_render_index_insert(render_index, COHORT_PRIM_LIGHT, "/a", &host.scene,
                                             NULL, 0, &err));
     assert_int_equal(err.code, COHORT_ERROR_ARGUMENT);
@@ -382,17 +347,17 @@ static void test_arguments_are_checked(void **state)
 static void test_settings_reach_prims(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_MESH, "/a", NULL, 0);
-    insert(COHORT_PRIM_LIGHT, "/l", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/l", NULL, 0);
+    sync_index();
     assert_true(cohort_delegate_set_int(delegate, "cohort:complexity", 3, NULL));
     assert_true(cohort_delegate_set_bool(delegate, "enableSceneLights", false, NULL));
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[fake.objects[0].instances[0].object].level, 3);
     assert_true(fake.lights[0].hidden);
     uint64_t commits = fake.commits;
     assert_true(cohort_delegate_set_string(delegate, "cohort:ocioConfig", "x.ocio", NULL));
-    sync();
+    sync_index();
     assert_int_equal(fake.commits, commits + 1);
 }
 
@@ -414,23 +379,30 @@ static void test_allocation_failures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_mesh_reaches_the_root_group, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_clean_index_pulls_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_transform_moves_without_rebuilding, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_camera_and_light_edits_leave_geometry, setup,
-                                        teardown),
-        cmocka_unit_test_setup_teardown(test_each_bit_is_counted_alone, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_rebinding_builds_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_shadows_are_a_light_s_or_the_host_s, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_visibility_hides, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_remove_empties_the_scene, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_prototype_exists_once, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_instancer_inserted_after_its_parts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_nested_instancers, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bad_prims_are_reported_and_left_out, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_arguments_are_checked, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_settings_reach_prims, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_allocation_failures, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_mesh_reaches_the_root_group, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_clean_index_pulls_nothing, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_transform_moves_without_rebuilding, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_camera_and_light_edits_leave_geometry, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_each_bit_is_counted_alone, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_rebinding_builds_nothing, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_shadows_are_a_light_s_or_the_host_s, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_visibility_hides, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_remove_empties_the_scene, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_prototype_exists_once, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_instancer_inserted_after_its_parts, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_nested_instancers, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_bad_prims_are_reported_and_left_out, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_arguments_are_checked, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_settings_reach_prims, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_allocation_failures, setup_index, teardown_index),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,46 +1,12 @@
 // Material networks given by a host: what becomes of each node, and what an edit touches.
 
-#include "fake_host.h"
-#include "fake_renderer.h"
-
-#include "base/memory.h"
+#include "index_fixture.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
 #include <string.h>
 
 #include <cmocka.h>
-
-static CohortDelegate *delegate;
-static CohortRenderIndex *render_index;
-static FakeHost host;
-
-static int setup(void **state)
-{
-    (void)state;
-    fake_reset();
-    fake_host_init(&host);
-    delegate = cohort_delegate_create(NULL);
-    render_index = cohort_render_index_create(delegate, NULL);
-    return render_index ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
-}
-
-static void insert(CohortPrimType type, const char *path)
-{
-    assert_true(cohort_render_index_insert(render_index, type, path, &host.scene, NULL, 0, NULL));
-}
-
-static void sync(void)
-{
-    assert_true(cohort_render_index_sync(render_index, NULL));
-}
 
 static const CohortReportEntry *report_of(const char *name)
 {
@@ -77,9 +43,9 @@ static void sync_with_node(const char *id, const CohortNodeInput *inputs, size_t
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 2};
     host.network = &network;
     if (cohort_render_index_prim_count(render_index, COHORT_PRIM_MATERIAL) == 0)
-        insert(COHORT_PRIM_MATERIAL, "/m");
+        insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     host.network = NULL;
 }
 
@@ -131,7 +97,8 @@ static void test_missing_file_gives_the_fallback(void **state)
     assert_non_null(report_of("inputs:file"));
 }
 
-// What is left of a lost normal map: 0 * 2 - 1, a normal into the surface, unless its fallback is one.
+// What is left of a lost normal map: 0 * 2 - 1, a normal into the surface, unless its fallback is
+// one.
 static void test_lost_relief_is_flat(void **state)
 {
     (void)state;
@@ -149,13 +116,13 @@ static void test_lost_relief_is_flat(void **state)
         {.path = "/m/t", .id = "UsdUVTexture", .inputs = inputs, .input_count = 4}};
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 2};
     host.network = &network;
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
     assert_int_equal(fake.materials[0].normal.kind, COHORT_INPUT_CONSTANT);
     assert_non_null(report_of("inputs:file"));
     inputs[3].value[2] = 1.0f;
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     assert_int_equal(fake.materials[0].normal.kind, COHORT_INPUT_TEXTURE);
 }
 
@@ -193,12 +160,12 @@ static void test_connections_out_of_range(void **state)
         {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 2}};
     CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
     host.network = &network;
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
     assert_true(fake.materials[0].roughness.value[0] == 0.25f);
     network.surface = 7;
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     assert_non_null(report_of("outputs:surface"));
 }
 
@@ -222,8 +189,8 @@ static void test_unused_textures_cost_nothing(void **state)
         surface[i] = connection(names[i], 18 - i, "r");
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 21};
     host.network = &network;
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
     assert_int_equal(fake.texture_count, 3);
     assert_int_equal(fake.materials[0].lookup_count, 3);
 }
@@ -238,27 +205,27 @@ static void test_edits_of_a_bound_material(void **state)
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
     host.network = &network;
     host.material = "/m";
-    insert(COHORT_PRIM_MESH, "/mesh");
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
     const FakeObject *mesh = &fake.objects[fake.objects[0].instances[0].object];
     assert_int_equal(mesh->material, 0);
     surface[0].value[0] = 0.5f;
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_PARAMS);
-    sync();
+    sync_index();
     assert_true(fake.materials[0].roughness.value[0] == 0.5f);
     assert_int_equal(fake.set_mesh_calls, 1);
     nodes[0].id = "PxrDisneyBsdf";
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     assert_int_equal(mesh->material, COHORT_INVALID_ID);
     assert_non_null(report_of("info:id"));
     nodes[0].id = "UsdPreviewSurface";
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     assert_int_equal(mesh->material, 0);
     assert_true(cohort_delegate_set_bool(delegate, "enableSceneMaterials", false, NULL));
-    sync();
+    sync_index();
     assert_int_equal(mesh->material, COHORT_INVALID_ID);
 }
 
@@ -273,10 +240,10 @@ static void test_displacement_sets_meshes_anew(void **state)
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 1};
     host.network = &network;
     host.material = "/m";
-    insert(COHORT_PRIM_MESH, "/mesh");
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    insert(COHORT_PRIM_MATERIAL, "/other");
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    insert_prim(COHORT_PRIM_MATERIAL, "/other", NULL, 0);
+    sync_index();
     assert_int_equal(fake.set_mesh_calls, 1);
     const struct {
         float displacement, roughness;
@@ -286,18 +253,18 @@ static void test_displacement_sets_meshes_anew(void **state)
         surface[0].value[0] = edits[i].displacement;
         surface[1].value[0] = edits[i].roughness;
         cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_PARAMS);
-        sync();
+        sync_index();
         assert_int_equal(fake.set_mesh_calls, edits[i].sets);
         assert_true(fake.materials[0].displacement.value[0] == edits[i].displacement);
     }
     // Bound to another material that displaces otherwise.
     surface[0].value[0] = 1.0f;
     cohort_render_index_mark_dirty(render_index, "/other", COHORT_DIRTY_PARAMS);
-    sync();
+    sync_index();
     assert_int_equal(fake.set_mesh_calls, 4);
     host.material = "/other";
     cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_MATERIAL_ID);
-    sync();
+    sync_index();
     assert_int_equal(fake.set_mesh_calls, 5);
 }
 
@@ -315,13 +282,13 @@ static void test_lost_heights_are_none(void **state)
         {.path = "/m/c", .id = "UsdUVTexture", .inputs = colors, .input_count = 1}};
     const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 3};
     host.network = &network;
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
     assert_int_equal(fake.materials[0].displacement.kind, COHORT_INPUT_CONSTANT);
     assert_string_equal(report_of("inputs:file")->action, "no such file can be read: no relief");
     heights[0] = text_input("file", "/bin/ls");
     cohort_render_index_mark_dirty(render_index, "/m", COHORT_DIRTY_RESOURCE);
-    sync();
+    sync_index();
     assert_int_equal(fake.materials[0].displacement.kind, COHORT_INPUT_TEXTURE);
     assert_int_equal(fake.materials[0].displacement.lookup, 1);
     assert_int_equal(fake.materials[0].diffuse_color.lookup, 0);
@@ -331,9 +298,9 @@ static void test_material_without_network(void **state)
 {
     (void)state;
     host.material = "/m";
-    insert(COHORT_PRIM_MATERIAL, "/m");
-    insert(COHORT_PRIM_MESH, "/mesh");
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync_index();
     assert_int_equal(fake.objects[fake.objects[0].instances[0].object].material, COHORT_INVALID_ID);
     assert_non_null(report_of("Material"));
 }
@@ -341,18 +308,23 @@ static void test_material_without_network(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_uv_texture, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_point_outside_keeps_its_wrap, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_lost_relief_is_flat, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_ptex_nodes, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_unknown_node_is_named, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_connections_out_of_range, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_unused_textures_cost_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_edits_of_a_bound_material, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_displacement_sets_meshes_anew, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_lost_heights_are_none, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_material_without_network, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_uv_texture, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_point_outside_keeps_its_wrap, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_lost_relief_is_flat, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_ptex_nodes, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_unknown_node_is_named, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_connections_out_of_range, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_unused_textures_cost_nothing, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_edits_of_a_bound_material, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_displacement_sets_meshes_anew, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_lost_heights_are_none, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_material_without_network, setup_index, teardown_index),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,6 @@
 // The pass renders in the background, ends by itself, and pauses, resumes, stops and restarts.
 
-#include "fake_host.h"
-#include "fake_renderer.h"
-
-#include "base/memory.h"
+#include "index_fixture.h"
 
 #include <pthread.h>
 #include <setjmp.h>
@@ -15,21 +12,15 @@
 
 #include <cmocka.h>
 
-static CohortDelegate *delegate;
-static CohortRenderIndex *render_index;
 static CohortRenderPass *pass;
 static CohortRenderBuffer *color, *ids;
 static CohortAovBinding bindings[2];
 static CohortRenderPassState pass_state;
-static FakeHost host;
 
 static int setup(void **state)
 {
-    (void)state;
-    fake_reset();
-    fake_host_init(&host);
-    delegate = cohort_delegate_create(NULL);
-    render_index = cohort_render_index_create(delegate, NULL);
+    if (setup_index(state) != 0)
+        return 1;
     pass = cohort_render_pass_create(render_index, NULL);
     color = cohort_render_buffer_create(delegate, 4, 3, COHORT_FORMAT_FLOAT32_VEC4, NULL);
     ids = cohort_render_buffer_create(delegate, 4, 3, COHORT_FORMAT_INT32, NULL);
@@ -45,11 +36,10 @@ static int setup(void **state)
 
 static int teardown(void **state)
 {
-    (void)state;
-    cohort_delegate_destroy(delegate);
+    int failures = teardown_index(state);
     assert_int_equal(fake.renders_live, 0);
     assert_int_equal(fake.edits_during_render, 0);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
+    return failures;
 }
 
 static void execute(void)

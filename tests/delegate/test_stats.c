@@ -1,9 +1,6 @@
 // Statistics of a delegate in each of its states: every key is there, of its type, and true.
 
-#include "fake_host.h"
-#include "fake_renderer.h"
-
-#include "base/memory.h"
+#include "index_fixture.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -12,32 +9,20 @@
 
 #include <cmocka.h>
 
-static CohortDelegate *delegate;
 static CohortRenderPass *pass;
 static CohortRenderPassState view;
 static CohortAovBinding binding;
-static FakeHost host;
 
 static int setup(void **state)
 {
-    (void)state;
-    fake_reset();
-    fake_host_init(&host);
-    delegate = cohort_delegate_create(NULL);
-    CohortRenderIndex *index = cohort_render_index_create(delegate, NULL);
-    pass = cohort_render_pass_create(index, NULL);
+    if (setup_index(state) != 0)
+        return 1;
+    pass = cohort_render_pass_create(render_index, NULL);
     binding = (CohortAovBinding){
         "color", cohort_render_buffer_create(delegate, 2, 2, COHORT_FORMAT_FLOAT32_VEC4, NULL)};
     view = (CohortRenderPassState){.camera = "/camera", .bindings = &binding, .binding_count = 1};
-    return !cohort_render_index_insert(index, COHORT_PRIM_CAMERA, "/camera", &host.scene, NULL, 0,
-                                       NULL);
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
+    return !cohort_render_index_insert(render_index, COHORT_PRIM_CAMERA, "/camera", &host.scene,
+                                       NULL, 0, NULL);
 }
 
 static CohortSettingValue stat_of(const char *key, CohortSettingType type)
@@ -132,9 +117,9 @@ static void test_any_capacity_will_do(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_every_key_is_there, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_each_state_says_its_name, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_any_capacity_will_do, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_every_key_is_there, setup, teardown_index),
+        cmocka_unit_test_setup_teardown(test_each_state_says_its_name, setup, teardown_index),
+        cmocka_unit_test_setup_teardown(test_any_capacity_will_do, setup, teardown_index),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

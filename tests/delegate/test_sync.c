@@ -1,8 +1,7 @@
 // Syncs that go wrong: places that are none, prims that go away while others name them, placements
 // of what is not there, hosts that refuse.
 
-#include "fake_host.h"
-#include "fake_renderer.h"
+#include "index_fixture.h"
 
 #include "base/memory.h"
 #include "prims/sync.h"
@@ -13,40 +12,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static CohortDelegate *delegate;
-static CohortRenderIndex *render_index;
-static FakeHost host;
-
-static int setup(void **state)
-{
-    (void)state;
-    fake_reset();
-    fake_host_init(&host);
-    delegate = cohort_delegate_create(NULL);
-    render_index = cohort_render_index_create(delegate, NULL);
-    return render_index ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
-}
-
-static void insert(CohortPrimType type, const char *path, const char *instancer, uint32_t prototype)
-{
-    assert_true(cohort_render_index_insert(render_index, type, path, &host.scene, instancer,
-                                           prototype, NULL));
-}
-
-static void sync(void)
-{
-    CohortError err = {0};
-    if (!cohort_render_index_sync(render_index, &err))
-        fail_msg("%s", err.message);
-}
 
 static bool is_reported(const char *path, const char *name)
 {
@@ -77,13 +42,13 @@ static void test_what_has_no_place_is_not_drawn(void **state)
 {
     (void)state;
     const double nowhere[] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    insert(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/light", NULL, 0);
     for (size_t i = 0; i < 3; i++) {
         host.x = nowhere[i];
         cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_TRANSFORM);
         cohort_render_index_mark_dirty(render_index, "/light", COHORT_DIRTY_TRANSFORM);
-        sync();
+        sync_index();
         assert_true(is_reported("/mesh", "transform"));
         assert_true(is_reported("/light", "transform"));
         assert_int_equal(fake.objects[0].instance_count, 0);
@@ -91,7 +56,7 @@ static void test_what_has_no_place_is_not_drawn(void **state)
         host.x = 1.0 + (double)i;
         cohort_render_index_mark_dirty(render_index, "/mesh", COHORT_DIRTY_TRANSFORM);
         cohort_render_index_mark_dirty(render_index, "/light", COHORT_DIRTY_TRANSFORM);
-        sync();
+        sync_index();
         assert_int_equal(fake.objects[0].instance_count, 1);
         assert_true(fake.objects[0].instances[0].transform[3][0] == host.x);
         assert_false(fake.lights[0].hidden);
@@ -115,9 +80,9 @@ static void test_an_instancer_without_place_places_nothing(void **state)
     host.instancer =
         (CohortInstancerSource){.instance_count = 1, .samples = &sample, .sample_count = 1};
     host.scene.get_transform = refuse_transform;
-    insert(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
-    sync();
+    insert_prim(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 0);
     assert_true(is_reported("/instancer", "transform"));
 }
@@ -125,8 +90,8 @@ static void test_an_instancer_without_place_places_nothing(void **state)
 static void test_a_camera_without_place_is_none(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    insert_prim(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
     CohortRenderPass *pass = cohort_render_pass_create(render_index, NULL);
     CohortAovBinding binding = {
         "color", cohort_render_buffer_create(delegate, 2, 2, COHORT_FORMAT_FLOAT32_VEC4, NULL)};
@@ -161,23 +126,23 @@ static void test_a_material_goes_and_comes_back(void **state)
     (void)state;
     host.material = "/red";
     host.network = &network;
-    insert(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync_index();
     assert_int_equal(the_mesh()->material, 0);
     uint64_t built = fake.set_mesh_calls;
     cohort_render_index_remove(render_index, "/red");
-    sync();
+    sync_index();
     assert_int_equal(the_mesh()->material, COHORT_INVALID_ID);
     assert_true(is_reported("/mesh", "material:binding"));
-    insert(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
+    sync_index();
     assert_int_equal(the_mesh()->material, 1); // the new one, in a place of its own
     assert_int_equal(fake.set_mesh_calls, built);
     // One that nobody missed makes nobody look.
     uint64_t pulls = host.mesh_pulls;
-    insert(COHORT_PRIM_MATERIAL, "/blue", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/blue", NULL, 0);
+    sync_index();
     assert_int_equal(host.mesh_pulls, pulls);
 }
 
@@ -186,11 +151,11 @@ static void test_a_material_comes_after_its_mesh(void **state)
     (void)state;
     host.material = "/red";
     host.network = &network;
-    insert(COHORT_PRIM_MESH, "/mesh", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    sync_index();
     assert_int_equal(the_mesh()->material, COHORT_INVALID_ID);
-    insert(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_MATERIAL, "/red", NULL, 0);
+    sync_index();
     assert_int_equal(the_mesh()->material, 0);
     assert_int_equal(fake.set_mesh_calls, 1);
 }
@@ -198,7 +163,7 @@ static void test_a_material_comes_after_its_mesh(void **state)
 static void test_the_camera_of_a_pass_is_removed(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
+    insert_prim(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
     CohortRenderPass *pass = cohort_render_pass_create(render_index, NULL);
     CohortAovBinding binding = {
         "color", cohort_render_buffer_create(delegate, 2, 2, COHORT_FORMAT_FLOAT32_VEC4, NULL)};
@@ -211,7 +176,7 @@ static void test_the_camera_of_a_pass_is_removed(void **state)
     CohortError err = {0};
     assert_false(cohort_render_pass_execute(pass, &view, &err));
     assert_int_equal(err.code, COHORT_ERROR_ARGUMENT);
-    insert(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
+    insert_prim(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
     fake.rounds_to_do = 1;
     assert_true(cohort_render_pass_execute(pass, &view, NULL));
     assert_true(cohort_render_pass_wait(pass, 10.0));
@@ -225,20 +190,20 @@ static void test_prototypes_and_instancers_go(void **state)
     const CohortInstancesSample sample = {.transforms = two};
     host.instancer =
         (CohortInstancerSource){.instance_count = 2, .samples = &sample, .sample_count = 1};
-    insert(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
-    sync();
+    insert_prim(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 2);
     uint32_t group = fake.objects[0].instances[0].object;
     assert_int_equal(fake.objects[group].instance_count, 1);
     cohort_render_index_remove(render_index, "/mesh");
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[group].instance_count, 0); // placed, but nothing stands in it
-    insert(COHORT_PRIM_MESH, "/other", "/instancer", 0);
-    sync();
+    insert_prim(COHORT_PRIM_MESH, "/other", "/instancer", 0);
+    sync_index();
     assert_int_equal(fake.objects[group].instance_count, 1);
     cohort_render_index_remove(render_index, "/instancer");
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 0);
     assert_int_equal(cohort_render_index_prim_count(render_index, COHORT_PRIM_MESH), 1);
 }
@@ -256,10 +221,10 @@ static void test_prototypes_that_are_not_there(void **state)
     const uint32_t prototypes[] = {UINT32_MAX, 0, 1, (1u << 24) - 1};
     host.instancer = (CohortInstancerSource){
         .instance_count = 4, .prototypes = prototypes, .samples = &sample, .sample_count = 1};
-    insert(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
+    insert_prim(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
     size_t peak = co_memory_peak(CO_MEMORY_DELEGATE);
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 1);
     assert_true(fake.objects[0].instances[0].transform[3][0] == 1.0);
     assert_true(co_memory_peak(CO_MEMORY_DELEGATE) - peak < 1u << 20); // no table of all numbers
@@ -273,20 +238,20 @@ static void test_instancers_without_transforms(void **state)
         {.instance_count = 3},
         {.instance_count = 3, .samples = &none, .sample_count = 1},
     };
-    insert(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
-    insert(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
+    insert_prim(COHORT_PRIM_INSTANCER, "/instancer", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", "/instancer", 0);
     for (size_t i = 0; i < sizeof sources / sizeof *sources; i++) {
         cohort_delegate_report_clear(delegate);
         host.instancer = sources[i];
         cohort_render_index_mark_dirty(render_index, "/instancer", COHORT_DIRTY_INSTANCER);
-        sync();
+        sync_index();
         assert_int_equal(fake.objects[0].instance_count, 0);
         assert_true(is_reported("/instancer", "PointInstancer"));
     }
     host.instancer = (CohortInstancerSource){0}; // none at all is no mistake
     cohort_delegate_report_clear(delegate);
     cohort_render_index_mark_dirty(render_index, "/instancer", COHORT_DIRTY_INSTANCE_INDEX);
-    sync();
+    sync_index();
     assert_false(is_reported("/instancer", "PointInstancer"));
 }
 
@@ -306,15 +271,15 @@ static void test_a_host_without_callbacks(void **state)
     const size_t count = sizeof prims / sizeof *prims;
     host.scene = (CohortSceneDelegate){.cookie = NULL};
     for (size_t i = 0; i < count; i++)
-        insert(prims[i].type, prims[i].path, NULL, 0);
-    sync();
+        insert_prim(prims[i].type, prims[i].path, NULL, 0);
+    sync_index();
     for (size_t i = 0; i < count; i++) {
         assert_true(is_reported(prims[i].path, prims[i].name));
         assert_int_equal(cohort_render_index_dirty_bits(render_index, prims[i].path), 0);
         cohort_render_index_remove(render_index, prims[i].path);
         cohort_render_index_remove(render_index, prims[i].path); // once more is harmless
     }
-    sync();
+    sync_index();
     assert_int_equal(fake.objects[0].instance_count, 0);
     assert_true(fake.lights[0].hidden);
 }
@@ -323,9 +288,9 @@ static void test_a_host_without_callbacks(void **state)
 static void test_bits_that_mean_nothing(void **state)
 {
     (void)state;
-    insert(COHORT_PRIM_LIGHT, "/light", NULL, 0);
-    insert(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
-    sync();
+    insert_prim(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    insert_prim(COHORT_PRIM_CAMERA, "/camera", NULL, 0);
+    sync_index();
     cohort_render_index_mark_dirty(render_index, "/light",
                                    COHORT_DIRTY_POINTS | COHORT_DIRTY_INSTANCER | 1u << 31);
     cohort_render_index_mark_dirty(render_index, "/camera", ~COHORT_DIRTY_ALL);
@@ -336,7 +301,7 @@ static void test_bits_that_mean_nothing(void **state)
     assert_int_equal(cohort_render_index_dirty_bits(render_index, "/camera"), 0);
     assert_int_equal(cohort_render_index_dirty_bits(render_index, NULL), 0);
     uint64_t commits = fake.commits;
-    sync();
+    sync_index();
     assert_int_equal(fake.commits, commits);
 }
 
@@ -344,18 +309,26 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_nearest_sample_is_taken),
-        cmocka_unit_test_setup_teardown(test_what_has_no_place_is_not_drawn, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_an_instancer_without_place_places_nothing, setup,
-                                        teardown),
-        cmocka_unit_test_setup_teardown(test_a_camera_without_place_is_none, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_material_goes_and_comes_back, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_material_comes_after_its_mesh, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_the_camera_of_a_pass_is_removed, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_prototypes_and_instancers_go, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_prototypes_that_are_not_there, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_instancers_without_transforms, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_host_without_callbacks, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bits_that_mean_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_what_has_no_place_is_not_drawn, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_an_instancer_without_place_places_nothing, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_a_camera_without_place_is_none, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_a_material_goes_and_comes_back, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_a_material_comes_after_its_mesh, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_the_camera_of_a_pass_is_removed, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_prototypes_and_instancers_go, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_prototypes_that_are_not_there, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_instancers_without_transforms, setup_index,
+                                        teardown_index),
+        cmocka_unit_test_setup_teardown(test_a_host_without_callbacks, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_bits_that_mean_nothing, setup_index, teardown_index),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
