@@ -104,7 +104,7 @@ typedef struct CoBox {
 typedef struct CoTree {
     CoWideNode *nodes;
     size_t node_count, node_capacity;
-    CoBox box; // of everything in it
+    CoBox box;         // of everything in it
     double built_cost; // what a walk was expected to cost when it was built; 0: not known yet
 } CoTree;
 
@@ -123,12 +123,12 @@ struct CoBvh {
 // All that a walk wants of an instance: one cache line.
 typedef struct CoPlaced {
     CoBox box;            // group space, padded (see top.c); empty when there is nothing in it
-    uint32_t first_path;  // paths of the instances before this one
+    uint32_t first_path;  // paths of the instances before this one: a prefix sum
     uint32_t hidden_from; // CohortHidden bits
     const CoBvh *bvh;     // of a mesh, with its nodes; NULL for groups
     const CoWideNode *nodes;
     uint32_t root;    // of the mesh, or its leaf if it has but one
-    bool is_in_place; // a mesh that stands in the group as it is, within the box, not too fine for it
+    bool is_in_place; // a mesh that stands in the group as it is, within its box, not too fine
     bool is_baked;    // bvh is over the points where the group has them: rays stay what they are
     unsigned char unused[10];
 } CoPlaced;
@@ -136,14 +136,13 @@ _Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");
 
 struct CoTop {
     CoTree tree;
-    CoPlaced *placed;     // instances
-    CoBvh **baked;        // of instances that have trees of their own, see bake.h
+    CoPlaced *placed; // instances
+    CoBvh **baked;    // of instances that have trees of their own, see bake.h
     uint32_t baked_count, baked_capacity;
-    uint32_t *first_path; // paths of the instances before this one: a prefix sum
-    uint32_t count;       // of instances
-    uint32_t depth;       // groups from here down, this one counted
-    bool is_in_place;     // all that is not empty is
-    uint64_t path_count;  // of all instances
+    uint32_t count;      // of instances
+    uint32_t depth;      // groups from here down, this one counted
+    bool is_in_place;    // all that is not empty is
+    uint64_t path_count; // of all instances
 };
 
 #endif

@@ -23,7 +23,7 @@ uint32_t co_accel_path_id(const CoAccelScene *scene, const uint32_t *chain, uint
     const CoObject *object = &scene->objects[scene->root];
     uint32_t id = 0;
     for (uint32_t i = 0; i < length; i++) {
-        id += object->top->first_path[chain[i]];
+        id += object->top->placed[chain[i]].first_path;
         object = &scene->objects[object->instances[chain[i]].object];
     }
     return id;
@@ -36,7 +36,7 @@ static uint32_t find_instance(const CoTop *top, uint32_t path)
     uint32_t low = 0, high = top->count; // the answer is in [low, high)
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
-        if (top->first_path[middle] <= path)
+        if (top->placed[middle].first_path <= path)
             low = middle;
         else
             high = middle;
@@ -50,7 +50,7 @@ uint32_t co_accel_path_object(const CoAccelScene *scene, uint32_t instance)
     const CoObject *object = &scene->objects[id];
     while (!object->mesh && object->top && object->top->count) {
         uint32_t index = find_instance(object->top, instance);
-        instance -= object->top->first_path[index];
+        instance -= object->top->placed[index].first_path;
         id = object->instances[index].object;
         object = &scene->objects[id];
     }
@@ -67,7 +67,7 @@ void co_accel_placement(const CoAccelScene *scene, uint32_t instance, CoPlacemen
         uint32_t index = find_instance(object->top, instance);
         const CoInstance *placed = &object->instances[index];
         CoMat4d up = from_affine(&placed->to_group), down = from_affine(&placed->to_object);
-        instance -= object->top->first_path[index];
+        instance -= object->top->placed[index].first_path;
         to_world = co_mat4d_mul(&up, &to_world);
         to_object = co_mat4d_mul(&to_object, &down);
         out->chain[out->chain_length++] = index;

@@ -155,7 +155,7 @@ static bool survey(CoTop *top, const CoInstance *instances, const CoObject *obje
     for (uint32_t i = 0; i < top->count; i++) {
         const CoObject *object = &objects[instances[i].object];
         place(&instances[i], object, &top->placed[i]);
-        top->first_path[i] = top->placed[i].first_path = (uint32_t)top->path_count;
+        top->placed[i].first_path = (uint32_t)top->path_count;
         top->path_count += object_paths(object);
         if (object->top && object->top->depth >= top->depth)
             top->depth = object->top->depth + 1;
@@ -215,8 +215,7 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
     if (is_built && count) {
         top->count = count;
         top->placed = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->placed);
-        top->first_path = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->first_path);
-        is_built = top->placed && top->first_path;
+        is_built = top->placed != NULL;
     }
     if (is_built && survey(top, instances, objects)) {
         prims.count = list_prims(top, prims.prims);
@@ -242,12 +241,11 @@ void co_top_destroy(CoTop *top)
     co_tree_clear(&top->tree);
     co_bake_clear(top);
     co_free(CO_MEMORY_ACCEL, top->placed, top->count * sizeof *top->placed);
-    co_free(CO_MEMORY_ACCEL, top->first_path, top->count * sizeof *top->first_path);
     co_free(CO_MEMORY_ACCEL, top, sizeof *top);
 }
 
 size_t co_top_bytes(const CoTop *top)
 {
     return sizeof *top + top->tree.node_capacity * sizeof *top->tree.nodes +
-           top->count * (sizeof *top->placed + sizeof *top->first_path) + co_bake_bytes(top);
+           top->count * sizeof *top->placed + co_bake_bytes(top);
 }

@@ -4,6 +4,8 @@
 #ifndef CO_SIMD_LANE_256_H
 #define CO_SIMD_LANE_256_H
 
+#include "simd/take_least.h"
+
 #include <immintrin.h>
 #include <stdint.h>
 
@@ -87,15 +89,5 @@ static inline void co_lane_load_points(const float *points, const uint32_t *inde
     out[0] = _mm256_shuffle_ps(ab, cd, 0x44);
     out[1] = _mm256_shuffle_ps(ab, cd, 0xee);
     out[2] = _mm256_shuffle_ps(_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d), 0x44);
-}
-static inline uint32_t co_take_least(uint16_t v[8])
-{
-    __m128i all = _mm_loadu_si128((const __m128i *)(const void *)v);
-    uint32_t place = (uint32_t)_mm_extract_epi16(_mm_minpos_epu16(all), 1);
-    __m128i at =
-        _mm_cmpeq_epi16(_mm_set1_epi16((short)place), _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7));
-    all = _mm_or_si128(all, at);
-    _mm_storeu_si128((__m128i *)(void *)v, all);
-    return place | (uint32_t)_mm_cvtsi128_si32(_mm_minpos_epu16(all)) << 16;
 }
 #endif

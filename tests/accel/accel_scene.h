@@ -5,6 +5,7 @@
 
 #include "accel/accel.h"
 #include "base/hash.h"
+#include "base/memory.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -271,6 +272,28 @@ static inline void ray_set(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir)
     rays->dir_x[i] = dir.x;
     rays->dir_y[i] = dir.y;
     rays->dir_z[i] = dir.z;
+}
+
+// Builds over a mesh while the first allocation fails, then the second, until none does; what fails
+// says so and leaves nothing behind.
+static inline CoBvh *create_despite_failures(const CoMesh *mesh, uint64_t least_allocations)
+{
+    size_t before = co_memory_live(CO_MEMORY_ACCEL);
+    for (uint64_t n = 1; n < 100; n++) {
+        CohortError err = {0};
+        co_memory_fail_after(n);
+        CoBvh *bvh = co_bvh_create(mesh, &err);
+        co_memory_fail_after(0);
+        if (bvh) {
+            assert_int_equal(err.code, COHORT_OK);
+            assert_true(n > least_allocations);
+            return bvh;
+        }
+        assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
+    }
+    fail_msg("a hundred allocations and no end");
+    return NULL;
 }
 
 static inline bool same_bits(const void *a, const void *b, size_t count)

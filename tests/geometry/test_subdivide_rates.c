@@ -1,10 +1,10 @@
 // Edges of different rates: neighbors share the points between them, whatever each asks for, and
 // every point is the one that the same surface has when all of it is as fine.
 
+#include "displace_check.h"
 #include "limit_check.h"
 
 #include "base/hash.h"
-#include "geometry/displace.h"
 
 enum {
     ROUNDS = 3,
@@ -242,17 +242,6 @@ static void limit_points_are_those_of_opensubdiv(void **state)
 
 // ---- Displaced ---------------------------------------------------------------------------------
 
-static bool at_random(void *cookie, const CoDisplacePoint *points, size_t count, float *amounts,
-                      CohortError *err)
-{
-    (void)err;
-    for (size_t k = 0; k < count; k++) {
-        uint32_t key = 3 * points[k].tri + (points[k].u > 0 ? 1 : points[k].v > 0 ? 2 : 0);
-        amounts[k] = *(const float *)cookie * (float)(co_hash32(key) >> 8) * 0x1p-24f;
-    }
-    return true;
-}
-
 // Each point moves once, whatever its faces disagree about, and shading stays sound.
 static void displaced_faces_stay_together(void **state)
 {
@@ -268,18 +257,8 @@ static void displaced_faces_stay_together(void **state)
         CohortError err = {0};
         assert_true(co_mesh_displace(&mesh, at_random, &most, &counts, &err));
         assert_int_equal(counts.broken, 0);
-        assert_true(co_mesh_same_topology(&rest, &mesh));
-        for (size_t p = 0; p < mesh.point_count; p++) {
-            CoVec3 from = co_vec3_load(rest.points + 3 * p);
-            CoVec3 way = co_sub(co_vec3_load(mesh.points + 3 * p), from);
-            assert_true(co_length(way) <= most * 1.0001f);
-        }
-        for (uint32_t t = 0; t < mesh.tri_count; t++) {
-            CoSurface s;
-            co_mesh_surface(&mesh, t, 0.3f, 0.3f, &s);
-            assert_near((double)co_length(s.ns), 1.0, 1e-5);
-            assert_true(co_dot(s.ns, s.ng) >= 0.0f);
-        }
+        check_moved_once(&rest, &mesh, most);
+        check_shading_normals(&mesh);
         co_mesh_destroy(&mesh);
         co_mesh_destroy(&rest);
     }

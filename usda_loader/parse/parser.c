@@ -7,13 +7,19 @@
 #include <string.h>
 
 enum {
-    FEW_FIELDS = 32, // are searched in order
+    FEW_FIELDS = 32,           // are searched in order
     MAX_FIELDS = (1 << 24) - 1 // what CoSpec.field_count can hold
 };
 
-static void report(CoParser *p, const char *at, CohortErrorCode code, const char *text)
+static void report(CoParser *p, const char *at, CohortErrorCode code, const char *format,
+                   va_list args) __attribute__((format(printf, 4, 0)));
+
+static void report(CoParser *p, const char *at, CohortErrorCode code, const char *format,
+                   va_list args)
 {
+    char text[256];
     uint32_t line, column;
+    vsnprintf(text, sizeof text, format, args);
     co_scan_place(&p->scan, at, &line, &column);
     p->error_count++;
     if (p->report)
@@ -29,12 +35,10 @@ bool co_parse_fail(CoParser *p, const char *at, const char *format, ...)
 {
     if (p->stopped)
         return false;
-    char text[256];
     va_list args;
     va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
+    report(p, at, COHORT_ERROR_USDA_SYNTAX, format, args);
     va_end(args);
-    report(p, at, COHORT_ERROR_USDA_SYNTAX, text);
     if (p->error_count >= p->max_errors)
         p->stopped = true;
     return false;
@@ -44,12 +48,10 @@ bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char
 {
     if (p->stopped)
         return false;
-    char text[256];
     va_list args;
     va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
+    report(p, at, code, format, args);
     va_end(args);
-    report(p, at, code, text);
     p->stopped = true;
     return false;
 }
@@ -170,7 +172,8 @@ CoValue *co_parse_field(CoParser *p, CoSpec *spec, const char *name, const char 
         return NULL;
     if (!field) {
         if (spec->field_count >= MAX_FIELDS) {
-            co_parse_stop(p, at, COHORT_ERROR_LIMIT, "more than %d fields in one place", MAX_FIELDS);
+            co_parse_stop(p, at, COHORT_ERROR_LIMIT, "more than %d fields in one place",
+                          MAX_FIELDS);
             return NULL;
         }
         field = co_parse_push(p, &spec->fields, spec->field_count, sizeof *field);

@@ -1,32 +1,9 @@
 // Map functions: longest match, no way back means no image, and composition.
 
 #include "compose/map.h"
+#include "path_fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-static CoArena arena = {.tag = CO_MEMORY_USDA};
-static CoPathTable table;
-
-static int begin(void **state)
-{
-    (void)state;
-    co_path_table_init(&table, &arena);
-    return 0;
-}
-
-static int end(void **state)
-{
-    (void)state;
-    co_arena_clear(&arena);
-    return 0;
-}
 
 static const CoPath *path(const char *text)
 {

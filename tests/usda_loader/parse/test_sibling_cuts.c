@@ -1,46 +1,15 @@
 // Where the prims beside one begin, as far as braces tell.
 
+#include "layer_text.h"
 #include "parse/siblings.h"
 
 #include "base/parallel.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 enum {
     TEXT_BYTES = 1 << 20
 };
-
-typedef struct Text {
-    char *text;
-    size_t length;
-} Text;
-
-static void add(Text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-static void add(Text *text, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    int length = vsnprintf(text->text + text->length, TEXT_BYTES - text->length, format, args);
-    va_end(args);
-    assert_true(length >= 0 && text->length + (size_t)length < TEXT_BYTES);
-    text->length += (size_t)length;
-}
-
-static Text begin(void)
-{
-    Text text = {malloc(TEXT_BYTES), 0};
-    assert_non_null(text.text);
-    return text;
-}
 
 // Prims of about 1 KB with a child each.
 static void add_prims(Text *text, int count, const char *more)
@@ -87,7 +56,7 @@ static void siblings_are_found(void **state)
 {
     (void)state;
     for (uint32_t threads = 1; threads <= 3; threads++) {
-        Text text = begin();
+        Text text = begin_text(TEXT_BYTES);
         add_prims(&text, 500, "");
         CoCuts cuts = find(&text, "def", threads);
         assert_true(cuts.count >= text.length / CO_CUT_BYTES);
@@ -102,7 +71,7 @@ static void siblings_are_found(void **state)
 static void the_search_ends_with_the_parent(void **state)
 {
     (void)state;
-    Text text = begin();
+    Text text = begin_text(TEXT_BYTES);
     add_prims(&text, 60, "");
     const size_t closing = text.length;
     add(&text, "}\ndef \"other\"\n{\n");
@@ -119,13 +88,13 @@ static void the_search_ends_with_the_parent(void **state)
 static void one_that_holds_all_has_none_beside_it(void **state)
 {
     (void)state;
-    Text text = begin();
+    Text text = begin_text(TEXT_BYTES);
     add(&text, "def \"World\"\n{\n");
     add_prims(&text, 100, "");
     CoCuts cuts = find(&text, "def", 2);
     assert_int_equal(cuts.count, 1);
     clear(&text, &cuts);
-    text = begin();
+    text = begin_text(TEXT_BYTES);
     add(&text, "def \"World\"\n{\n");
     add_prims(&text, 100, "");
     cuts = find(&text, "def Xform", 2);
@@ -137,7 +106,7 @@ static void one_that_holds_all_has_none_beside_it(void **state)
 static void balanced_braces_in_strings_do_not_matter(void **state)
 {
     (void)state;
-    Text text = begin();
+    Text text = begin_text(TEXT_BYTES);
     add_prims(&text, 100, "        string s = \"{0} {\" # }\n        asset a = @{x}@\n");
     CoCuts cuts = find(&text, "def", 2);
     assert_true(cuts.count > 4);
@@ -148,7 +117,7 @@ static void balanced_braces_in_strings_do_not_matter(void **state)
 static void words_that_begin_like_prims_are_none(void **state)
 {
     (void)state;
-    Text text = begin();
+    Text text = begin_text(TEXT_BYTES);
     add(&text, "over \"first\" {}\n");
     for (int i = 0; i < 2000; i++)
         add(&text, "default x%d\n  over%d x\n class\n\n", i, i);
@@ -165,7 +134,7 @@ static void words_that_begin_like_prims_are_none(void **state)
 static void failing_memory_is_said(void **state)
 {
     (void)state;
-    Text text = begin();
+    Text text = begin_text(TEXT_BYTES);
     add_prims(&text, 50, "");
     for (uint64_t n = 1; n <= 2; n++) {
         CoCuts cuts = {0};

@@ -1,20 +1,14 @@
 // Big layers of small prims are read by several threads: what they hold, and every error, must be
 // what one thread finds.
 
+#include "layer_text.h"
 #include "support/same_for_threads.h"
 
 #include "base/hash.h"
 
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-
-#include <cmocka.h>
 
 enum {
     TEXT_BYTES = 4 << 20,
@@ -22,27 +16,9 @@ enum {
     EVERY_FILE = 8 // of the corpus; more add nothing but time
 };
 
-typedef struct Text {
-    char *text;
-    size_t length;
-} Text;
-
-static void add(Text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-static void add(Text *text, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    int length = vsnprintf(text->text + text->length, TEXT_BYTES - text->length, format, args);
-    va_end(args);
-    assert_true(length >= 0 && text->length + (size_t)length < TEXT_BYTES);
-    text->length += (size_t)length;
-}
-
 static Text begin(void)
 {
-    Text text = {malloc(TEXT_BYTES), 0};
-    assert_non_null(text.text);
+    Text text = begin_text(TEXT_BYTES);
     add(&text, "#usda 1.0\n(\n    doc = \"\"\"a { brace\n}}\n\"\"\"\n)\n\n");
     return text;
 }
