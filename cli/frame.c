@@ -14,16 +14,37 @@
 // The film is kept on disk at most this often: rounds of a quick render are not worth a write each.
 #define FILM_SECONDS 5.0
 
-static volatile sig_atomic_t stop_requested, snapshot_requested, first_stop; // seconds
+static volatile int stop_requested; // loading looks at it, on any thread
+static volatile sig_atomic_t is_loading, snapshot_requested, first_stop; // seconds
 
-// Who asks again more than a second later, while a stage loads or a disk does not answer, is not
-// kept waiting. Sooner it is the same wish: timeout(1) signals the process and its group.
+void render_say_interrupted(void)
+{
+    static const char text[] =
+        "cohort: interrupted before a round was complete: nothing is written\n";
+    (void)!write(STDERR_FILENO, text, sizeof text - 1);
+}
+
+// Loading stops between meshes and textures, and may have a huge one in hand: nothing is lost when it is
+// left there.
+static void on_alarm(int signal_number)
+{
+    (void)signal_number;
+    if (!is_loading)
+        return;
+    render_say_interrupted();
+    _exit(EXIT_INTERRUPTED);
+}
+
+// Who asks again more than a second later, while a disk does not answer, is not kept waiting. Sooner it is
+// the same wish: timeout(1) signals the process and its group.
 static void on_signal(int signal_number)
 {
     if (signal_number == SIGUSR1) {
         snapshot_requested = 1;
         return;
     }
+    if (is_loading && !stop_requested)
+        alarm(1);
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     if (!stop_requested) {
@@ -37,16 +58,24 @@ static void on_signal(int signal_number)
 
 void render_catch_signals(void)
 {
+    is_loading = 1;
     struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGUSR1, &action, NULL);
+    action.sa_handler = on_alarm;
+    sigaction(SIGALRM, &action, NULL);
     // A file that grows too large, or a reader that has gone, is an error of that write alone.
     struct sigaction ignore = {.sa_handler = SIG_IGN};
     sigemptyset(&ignore.sa_mask);
     sigaction(SIGXFSZ, &ignore, NULL);
     sigaction(SIGPIPE, &ignore, NULL);
+}
+
+const volatile int *render_stop_flag(void)
+{
+    return &stop_requested;
 }
 
 double render_now(void)
@@ -206,6 +235,7 @@ static bool check_files(RenderRun *run, size_t frame, CohortError *err)
 static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError *err)
 {
     double start = render_now();
+    is_loading = 1;
     if (!check_files(run, frame, err) ||
         (frame > 0 && !cohort_adapter_set_time(run->adapter, run->frames.times[frame], err)))
         return false;
@@ -217,6 +247,7 @@ static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError 
         state.resume_file = run->film;
     cohort_delegate_set_round_callback(run->delegate, keep_film, keeper);
     bool ok = cohort_render_pass_execute(run->pass, &state, err);
+    is_loading = 0;
     run->load_seconds = (frame == 0 ? start - run->start : 0.0) + render_now() - start;
     return ok;
 }

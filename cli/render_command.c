@@ -15,6 +15,8 @@ int render_exit_code(const CohortError *err)
 {
     if (err->code == COHORT_ERROR_ARGUMENT)
         return EXIT_USAGE;
+    if (err->code == COHORT_ERROR_CANCELLED)
+        return EXIT_INTERRUPTED;
     return err->code == COHORT_ERROR_FILE_WRITE ? EXIT_WRITE : EXIT_LOAD;
 }
 
@@ -91,6 +93,7 @@ static bool open_stage(RenderRun *run, CohortError *err)
     options.stage.threads = (uint32_t)o->threads;
     options.stage.variants = o->variant_list;
     options.stage.variant_count = o->variants.count;
+    options.stage.stop = render_stop_flag();
     options.stage.report = messages_report;
     options.stage.cookie = &run->messages;
     if (o->default_time)
@@ -120,6 +123,7 @@ static bool load(RenderRun *run, CohortError *err)
     if (!run->delegate || !check_env(&run->options, err) ||
         !render_options_apply(&run->options, run->delegate, err))
         return false;
+    cohort_delegate_set_stop_flag(run->delegate, render_stop_flag());
     run->index = cohort_render_index_create(run->delegate, err);
     return run->index && open_stage(run, err);
 }
@@ -193,6 +197,10 @@ static int run_render(RenderRun *run, CohortError *err)
 
 static void end(RenderRun *run, int code, const CohortError *err)
 {
+    if (err->code == COHORT_ERROR_CANCELLED) { // who stops the loading wants to hear no more of it
+        render_say_interrupted();
+        return;
+    }
     if (run->adapter && !run->options.is_quiet && !run->options.list_cameras)
         messages_not_honored(run->delegate, run->index, run->options.is_verbose);
     messages_end(&run->messages, err);
@@ -201,7 +209,7 @@ static void end(RenderRun *run, int code, const CohortError *err)
                 code == EXIT_INTERRUPTED ? "interrupted" : "the complete rounds are kept",
                 run->film);
     else if (code == EXIT_INTERRUPTED)
-        fprintf(stderr, "cohort: interrupted before a round was complete: nothing is written\n");
+        render_say_interrupted();
 }
 
 static void clear(RenderRun *run)

@@ -15,7 +15,7 @@ static const char exit_codes[] =
     "\nWhile a render lasts, its film is kept beside the first output, every five seconds or so, under\n"
     "that name with .film behind it: OUT.exr.film. --resume goes on from there and gives the same\n"
     "pixels as a render that never stopped. SIGINT and SIGTERM write the last complete round, marked\n"
-    "interrupted; SIGUSR1 writes it and goes on.\n"
+    "interrupted, or end a stage's loading; SIGUSR1 writes it and goes on.\n"
     "Exit codes: 0 written, 2 usage, 3 the stage cannot be loaded, 4 a file cannot be written,\n"
     "5 interrupted.\n";
 

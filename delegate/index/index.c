@@ -333,6 +333,7 @@ bool co_index_commit(CohortRenderIndex *index, CohortError *err)
     double start = co_clock_seconds();
     CohortSceneOptions options;
     co_settings_scene(&index->delegate->settings, &options);
+    options.stop = index->delegate->stop;
     co_worker_count_set((uint32_t)index->delegate->settings.values[CO_SETTING_THREADS].integer);
     bool ok = cohort_scene_commit(index->scene, &options, err);
     index->load_seconds += co_clock_seconds() - start;

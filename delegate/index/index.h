@@ -110,6 +110,7 @@ struct CohortDelegate {
     CohortRenderBuffer *buffers;
     CohortRoundFn *round_fn;
     void *round_cookie;
+    const volatile int *stop; // the host's, for loading
 };
 
 // The prim at a path, NULL if there is none.

@@ -279,6 +279,11 @@ void cohort_delegate_stop(CohortDelegate *delegate, bool blocking)
     co_render_thread_stop(delegate->thread, blocking);
 }
 
+void cohort_delegate_set_stop_flag(CohortDelegate *delegate, const volatile int *stop)
+{
+    delegate->stop = stop;
+}
+
 void cohort_delegate_set_round_callback(CohortDelegate *delegate, CohortRoundFn *fn, void *cookie)
 {
     delegate->round_fn = fn;

@@ -2,6 +2,7 @@
 
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/stop.h"
 #include "pass/render_thread.h"
 
 #include <math.h>
@@ -138,13 +139,15 @@ static void count_bits(CohortRenderIndex *index, const CoPrim *prim)
 static bool sync_type(CohortRenderIndex *index, CohortPrimType type, CohortError *err)
 {
     CohortPull pull = {.arena = {.tag = CO_MEMORY_DELEGATE}};
+    const volatile int *stop = index->delegate->stop;
     bool ok = true;
     for (size_t i = 0; ok && i < index->prim_count; i++) {
         CoPrim *prim = index->prims[i];
         if (!prim || prim->type != type || !prim->dirty)
             continue;
         CoArenaMark mark = co_arena_mark(&pull.arena);
-        ok = sync_prim(index, prim, &pull, err);
+        ok = (!co_is_stopped(stop) || CO_FAIL(err, COHORT_ERROR_CANCELLED, "stopped")) &&
+             sync_prim(index, prim, &pull, err);
         co_arena_rewind(&pull.arena, mark);
         if (ok) {
             count_bits(index, prim);

@@ -3,6 +3,7 @@
 #include "stage_adapter/adapter.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -383,6 +384,7 @@ static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     const char *type = cohort_prim_type(place.prim);
+    CO_CHECK_STOP(a->options.stage.stop, walk->err);
     if (is_closed(type))
         return true;
     if (strcmp(type, "Camera") == 0 && !add_camera(walk, place))

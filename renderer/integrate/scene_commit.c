@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/stop.h"
 
 #include <string.h>
 
@@ -16,6 +17,7 @@ typedef struct MeshBuilds {
     CohortScene *scene;
     const uint32_t *list; // object ids
     CohortError *errors;  // one per entry
+    const volatile int *stop;
 } MeshBuilds;
 
 static void build_meshes(void *context, size_t begin, size_t end, uint32_t worker)
@@ -24,6 +26,10 @@ static void build_meshes(void *context, size_t begin, size_t end, uint32_t worke
     const MeshBuilds *b = context;
     for (size_t i = begin; i < end; i++) {
         CoSceneObject *o = &b->scene->objects[b->list[i]];
+        if (co_is_stopped(b->stop)) {
+            CO_FAIL(&b->errors[i], COHORT_ERROR_CANCELLED, "stopped");
+            return;
+        }
         if (o->is_deformed && co_bvh_refit(o->bvh, &o->mesh))
             continue;
         o->is_deformed = false;
@@ -51,7 +57,7 @@ static bool commit_mesh_list(MeshBuilds *builds, size_t small, size_t count, Coh
     return true;
 }
 
-static bool commit_meshes(CohortScene *scene, CohortError *err)
+static bool commit_meshes(CohortScene *scene, const volatile int *stop, CohortError *err)
 {
     uint32_t n = scene->object_count, small = 0, count = 0;
     uint32_t *list = co_alloc(TAG, n * sizeof *list);
@@ -67,7 +73,7 @@ static bool commit_meshes(CohortScene *scene, CohortError *err)
         if (pass == 0)
             small = count;
     }
-    MeshBuilds builds = {scene, list, errors};
+    MeshBuilds builds = {scene, list, errors, stop};
     ok = ok ? commit_mesh_list(&builds, small, count, err)
             : CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for %u objects", n);
     co_free(TAG, list, n * sizeof *list);
@@ -325,9 +331,9 @@ static void count_scene(CohortScene *scene)
     }
 }
 
-bool co_scene_commit_objects(CohortScene *scene, CohortError *err)
+bool co_scene_commit_objects(CohortScene *scene, const volatile int *stop, CohortError *err)
 {
-    if (!commit_meshes(scene, err))
+    if (!commit_meshes(scene, stop, err))
         return false;
     co_free(TAG, scene->accel_objects, scene->accel_object_count * sizeof *scene->accel_objects);
     scene->accel_object_count = scene->object_count;
@@ -398,8 +404,10 @@ bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, 
     if (!options)
         options = &defaults;
     CO_CHECK(scene->has_camera, err, COHORT_ERROR_SCENE, "the scene has no camera");
-    if (!co_scene_commit_textures(scene, options, err) || !co_scene_displace(scene, err) ||
-        !co_scene_commit_objects(scene, err) || !co_scene_commit_lights(scene, err) || !co_scene_commit_camera(scene, err))
+    if (!co_scene_commit_textures(scene, options, err) ||
+        !co_scene_displace(scene, options->stop, err) ||
+        !co_scene_commit_objects(scene, options->stop, err) || !co_scene_commit_lights(scene, err) ||
+        !co_scene_commit_camera(scene, err))
         return false;
     CO_CHECK(publish_warnings(scene), err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     scene->is_committed = true;

@@ -171,8 +171,9 @@ static inline const CoMaterial *co_scene_material(const CohortScene *scene, uint
 }
 
 // Steps of cohort_scene_commit, in the files of their names.
-bool co_scene_displace(CohortScene *scene, CohortError *err); // needs textures, before objects
-bool co_scene_commit_objects(CohortScene *scene, CohortError *err);
+// Needs textures, before objects.
+bool co_scene_displace(CohortScene *scene, const volatile int *stop, CohortError *err);
+bool co_scene_commit_objects(CohortScene *scene, const volatile int *stop, CohortError *err);
 bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *options,
                               CohortError *err);
 bool co_scene_commit_lights(CohortScene *scene, CohortError *err);

@@ -6,6 +6,7 @@
 #include "integrate/scene_data.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <stdio.h>
 
@@ -171,12 +172,13 @@ static bool is_displaced(CohortScene *scene, uint32_t object)
     return is_any;
 }
 
-bool co_scene_displace(CohortScene *scene, CohortError *err)
+bool co_scene_displace(CohortScene *scene, const volatile int *stop, CohortError *err)
 {
     for (uint32_t i = 0; i < scene->object_count; i++) {
         CoSceneObject *o = &scene->objects[i];
         if (o->kind != CO_OBJECT_MESH || o->is_settled)
             continue;
+        CO_CHECK_STOP(stop, err);
         if (is_displaced(scene, i) && !displace_mesh(scene, i, err))
             return false;
         o->is_settled = true;

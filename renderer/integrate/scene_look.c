@@ -3,6 +3,7 @@
 #include "integrate/scene_data.h"
 
 #include "base/error.h"
+#include "base/stop.h"
 
 #include <string.h>
 
@@ -94,6 +95,7 @@ bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *opti
     if (!scene->textures && !open_textures(scene, options, err))
         return false;
     for (; scene->textures_added < scene->texture_count; scene->textures_added++) {
+        CO_CHECK_STOP(options->stop, err);
         uint32_t id = co_textures_add(scene->textures, &scene->texture_descs[scene->textures_added],
                                       err);
         if (id == COHORT_INVALID_ID)

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 // Endless for a test; the signals end it.
@@ -185,11 +186,55 @@ static void a_failed_write_keeps_the_film(void **state)
     assert_int_equal(rmdir("x.exr"), 0);
 }
 
+// A little text that takes long to compose: each prim refers to four of the one before.
+static void write_tower(void)
+{
+    FILE *file = fopen("tower.usda", "w");
+    assert_non_null(file);
+    fprintf(file, "#usda 1.0\ndef \"L0\"\n{\n    def Cube \"c\"\n    {\n    }\n}\n");
+    for (int level = 1; level <= 10; level++) {
+        fprintf(file, "def \"L%d\"\n{\n", level);
+        for (int i = 0; i < 4; i++)
+            fprintf(file, "    def \"x%d\" (\n        references = </L%d>\n    )\n    {\n    }\n", i,
+                    level - 1);
+        fprintf(file, "}\n");
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+static void assert_ends_loading(const char *arguments)
+{
+    Ran ran;
+    remove_outputs();
+    pid_t pid = command_start(arguments);
+    struct timespec begin, end, moment = {0, 300000000};
+    nanosleep(&moment, NULL);
+    clock_gettime(CLOCK_MONOTONIC, &begin);
+    assert_int_equal(kill(pid, SIGINT), 0);
+    command_wait(pid, &ran);
+    clock_gettime(CLOCK_MONOTONIC, &end);
+    assert_ran(&ran, 5, "nothing is written");
+    assert_int_equal(line_count(ran.err), 1);
+    assert_false(file_exists("x.exr"));
+    assert_true(end.tv_sec - begin.tv_sec < 10); // one, on a machine with time
+}
+
+// Who is still loading stops, be it between two prims or in the hands of a library.
+static void interrupted_while_loading(void **state)
+{
+    (void)state;
+    write_tower();
+    assert_ends_loading("render tower.usda -o x.exr --headlight --max-prims 100000000");
+    assert_int_equal(mkfifo("pipe.ocio", 0666), 0); // that nobody writes into
+    assert_ends_loading("render stage.usda -o x.exr --ocio pipe.ocio");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(interrupted),
         cmocka_unit_test(asked_twice),
+        cmocka_unit_test(interrupted_while_loading),
         cmocka_unit_test(a_snapshot_goes_on),
         cmocka_unit_test(resumed),
         cmocka_unit_test(resume_refuses_another_picture),

@@ -305,6 +305,45 @@ static void test_bits_that_mean_nothing(void **state)
     assert_int_equal(fake.commits, commits);
 }
 
+// ---- Stops -------------------------------------------------------------------------------------
+
+static volatile int stop;
+
+static bool get_mesh_once(void *cookie, CohortPull *pull, const char *path, CohortMeshSource *out,
+                          CohortError *err)
+{
+    (void)cookie;
+    stop = 1;
+    FakeHost own;
+    fake_host_init(&own);
+    return own.scene.get_mesh(&own, pull, path, out, err);
+}
+
+static void test_a_stopped_sync_goes_on(void **state)
+{
+    (void)state;
+    cohort_delegate_set_stop_flag(delegate, &stop);
+    host.scene.get_mesh = get_mesh_once;
+    insert_prim(COHORT_PRIM_MESH, "/a", NULL, 0);
+    insert_prim(COHORT_PRIM_MESH, "/b", NULL, 0);
+    insert_prim(COHORT_PRIM_LIGHT, "/light", NULL, 0);
+    for (uint64_t meshes = 1; meshes <= 2; meshes++) { // one mesh a time, and then what is left
+        CohortError err = {0};
+        stop = 0;
+        assert_false(cohort_render_index_sync(render_index, &err));
+        assert_int_equal(err.code, COHORT_ERROR_CANCELLED);
+        assert_int_equal(fake.set_mesh_calls, meshes);
+        assert_int_equal(fake.set_light_calls, 0);
+        assert_int_equal(fake.commits, 0);
+    }
+    stop = 0;
+    sync_index();
+    assert_int_equal(fake.set_mesh_calls, 2);
+    assert_int_equal(fake.set_light_calls, 1);
+    assert_int_equal(fake.commits, 1);
+    assert_false(is_reported("/a", "Mesh"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -329,6 +368,7 @@ int main(void)
                                         teardown_index),
         cmocka_unit_test_setup_teardown(test_a_host_without_callbacks, setup_index, teardown_index),
         cmocka_unit_test_setup_teardown(test_bits_that_mean_nothing, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_a_stopped_sync_goes_on, setup_index, teardown_index),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

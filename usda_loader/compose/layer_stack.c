@@ -65,7 +65,7 @@ const CoLayerFile *co_composer_layer(CoComposer *c, const char *path, CohortErro
         file->layer = co_read_ahead_take(c, file, err);
     c->files[c->file_count++] = file;
     if (!file->layer) {
-        if (err->code == COHORT_ERROR_OUT_OF_MEMORY)
+        if (err->code == COHORT_ERROR_OUT_OF_MEMORY || err->code == COHORT_ERROR_CANCELLED)
             co_composer_fail(c, err->code, err->message);
         size_t size = strlen(err->message) + 1;
         file->why = memcpy(co_composer_alloc(c, size), err->message, size);

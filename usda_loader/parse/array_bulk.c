@@ -6,6 +6,7 @@
 // that loop had stopped.
 
 #include "base/parallel.h"
+#include "base/stop.h"
 #include "parse/array.h"
 
 #include <stdatomic.h>
@@ -38,7 +39,15 @@ typedef struct Bulk {
     Block *blocks;
     size_t block_count, capacity;
     _Atomic size_t closing_block; // the first known to hold the end; those behind it are left alone
+    atomic_bool is_cut;           // the host wants no more: blocks may be left undone
 } Bulk;
+
+static bool is_cut(Bulk *bulk)
+{
+    if (co_is_stopped(bulk->parser->stop))
+        atomic_store(&bulk->is_cut, true);
+    return atomic_load_explicit(&bulk->is_cut, memory_order_relaxed);
+}
 
 // ---- Counting ----------------------------------------------------------------------------------
 
@@ -105,7 +114,7 @@ static void count_blocks(void *context, size_t begin, size_t end, uint32_t worke
     Bulk *bulk = context;
     (void)worker;
     for (size_t i = bulk->block_count + begin; i < bulk->block_count + end; i++) {
-        if (i > atomic_load_explicit(&bulk->closing_block, memory_order_relaxed))
+        if (i > atomic_load_explicit(&bulk->closing_block, memory_order_relaxed) || is_cut(bulk))
             return;
         Block *block = &bulk->blocks[i];
         const char *text = bulk->begin + i * BLOCK_BYTES;
@@ -142,6 +151,8 @@ static bool find_end(CoParser *p, Bulk *bulk)
         bulk->blocks = blocks;
         bulk->capacity = capacity;
         co_parallel_for(count, 2, count_blocks, bulk);
+        if (atomic_load(&bulk->is_cut))
+            return co_parse_give_up(p);
         size_t closing = atomic_load(&bulk->closing_block);
         if (closing < capacity) {
             bulk->block_count = closing + 1;
@@ -179,12 +190,14 @@ static size_t place_elements(Bulk *bulk)
 
 static void read_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
-    const Bulk *bulk = context;
+    Bulk *bulk = context;
     const CoArray *array = bulk->array;
     const CoParser *p = bulk->parser;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
         Block *block = &bulk->blocks[i];
+        if (is_cut(bulk))
+            return;
         if (!block->expected)
             continue;
         CoPlainRun run = {block->from, p->scan.safe, array->data + block->first * array->element,
@@ -237,6 +250,8 @@ static bool read_all(CoParser *p, CoArray *array, Bulk *bulk)
     size_t grain = bulk->block_count / GRAINS;
     grain = grain < 1 ? 1 : grain > MOST_GRAIN ? MOST_GRAIN : grain;
     co_parallel_for(bulk->block_count, grain, read_blocks, bulk);
+    if (atomic_load(&bulk->is_cut))
+        return co_parse_give_up(p);
     take(p, array, bulk);
     return true;
 }

@@ -149,6 +149,7 @@ static CoLayer *parse_source(const Source *source, const CohortStageOptions *opt
         .err = err,
         .is_mapped = source->is_mapped,
         .released = text,
+        .stop = o->stop,
     };
     co_scan_init(&parser.scan, size ? text : "", size);
     bool begun = begin(&parser, path, err);

@@ -56,6 +56,12 @@ bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char
     return false;
 }
 
+bool co_parse_give_up(CoParser *p)
+{
+    p->stopped = true;
+    return CO_FAIL(p->err, COHORT_ERROR_CANCELLED, "stopped");
+}
+
 // The text at the cursor in a form that can stand in a message.
 static void describe(const CoParser *p, char *out, size_t size)
 {

@@ -63,7 +63,8 @@ typedef struct CoParser {
     bool is_mapped;       // the text is a file that can be read again
     const char *released; // text whose memory was given back
     uint32_t error_count, max_errors;
-    bool stopped;    // memory or a limit is at an end: no recovery
+    bool stopped;    // memory or a limit is at an end, or the host's patience: no recovery
+    const volatile int *stop; // the host's
     char *prim_path; // of the prim being parsed, without variant selections; "/" outside
     size_t prim_path_length, prim_path_capacity;
     unsigned char *scratch; // elements of the array being read
@@ -78,6 +79,8 @@ bool co_parse_fail(CoParser *p, const char *at, const char *format, ...)
 // The same for what ends the parse: limits and memory.
 bool co_parse_stop(CoParser *p, const char *at, CohortErrorCode code, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+// Ends the parse because the host wants no more. Nothing is reported: it knows.
+bool co_parse_give_up(CoParser *p);
 // "expected <what>, found <the text at the cursor>"
 bool co_parse_expected(CoParser *p, const char *what);
 bool co_parse_char(CoParser *p, char c); // demands it

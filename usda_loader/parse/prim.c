@@ -2,6 +2,8 @@
 
 #include "parse/parser.h"
 
+#include "base/stop.h"
+
 #include <string.h>
 
 // What must follow a statement: blanks and comments, then a line end, or ';' where that is allowed.
@@ -175,6 +177,8 @@ bool co_parse_prim(CoParser *p, CoSpec *parent, bool *found)
     *found = specifier >= 0;
     if (!*found)
         return true;
+    if (co_is_stopped(p->stop))
+        return co_parse_give_up(p);
     if (!co_scan_gap(&p->scan))
         return co_parse_expected(p, "a blank and a type or a name in quotes");
     if (!parse_type(p, &type) || !parse_prim_name(p, &name))

@@ -93,6 +93,7 @@ static void begin_reader(Reader *reader, const CoParser *p)
     own->max_prims = p->max_prims;
     own->max_edit_size = p->max_edit_size;
     own->max_errors = 1;
+    own->stop = p->stop;
     own->empty = p->empty;
 }
 

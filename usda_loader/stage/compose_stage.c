@@ -8,6 +8,7 @@
 #include "stage/share.h"
 
 #include "base/hash.h"
+#include "base/stop.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -327,6 +328,8 @@ static void count_arcs(CohortStage *stage, const CoGraph *graph)
 static void compose_prim(CohortStage *stage, CohortPrim *prim, CoGraph *graph, uint64_t depth)
 {
     CoComposer *c = &stage->composer;
+    if (co_is_stopped(c->options.stop))
+        co_composer_fail(c, COHORT_ERROR_CANCELLED, "stopped");
     count_arcs(stage, graph);
     CoOrdered ordered = order_nodes(c, graph);
     CoPrimData *data = gather_opinions(stage, prim, graph, &ordered);

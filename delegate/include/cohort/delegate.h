@@ -405,6 +405,11 @@ bool cohort_delegate_resume(CohortDelegate *delegate);
 // blocking, it only starts the abort. Resume goes on from there. Any thread.
 void cohort_delegate_stop(CohortDelegate *delegate, bool blocking);
 
+// Has loading look at an int that any thread, or a signal handler, makes other than 0: a sync or execute
+// ends then before its next prim, texture or mesh, with COHORT_ERROR_CANCELLED, and another goes on from
+// there. Borrowed; NULL = none. A render that has started is ended by cohort_delegate_stop.
+void cohort_delegate_set_stop_flag(CohortDelegate *delegate, const volatile int *stop);
+
 // Starts over from the first sample.
 bool cohort_delegate_restart(CohortDelegate *delegate);
 

@@ -302,6 +302,8 @@ typedef struct CohortSceneOptions {
     const char *converted_folder;      // converted textures; NULL: a folder of the user's cache
     bool ptex_reductions_authored;     // take the file's own reductions
     uint64_t texture_memory;           // bytes of decoded texels that may stay resident; 0 = 1 GiB
+    const volatile int *stop; // an int that any thread, or a signal handler, makes other than 0 to end
+                              // the commit; NULL = none
 } CohortSceneOptions;
 
 // What the commits of a scene have rebuilt so far; each commit adds to it.
@@ -321,7 +323,8 @@ typedef struct CohortSceneCounts {
     uint64_t node_bytes, leaf_bytes;
 } CohortSceneCounts;
 
-// Makes the edits effective. Missing textures and the like are warnings. Cancel: none.
+// Makes the edits effective. Missing textures and the like are warnings. Stopped, it ends with
+// COHORT_ERROR_CANCELLED before the next texture, mesh or group; another commit goes on from there.
 bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, CohortError *err);
 void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out);
 

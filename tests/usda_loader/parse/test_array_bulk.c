@@ -186,6 +186,31 @@ static void failing_memory_is_reported(void **state)
     free(text);
 }
 
+static void a_stop_ends_the_reading(void **state)
+{
+    (void)state;
+    char *text = malloc(TEXT_BYTES);
+    static const char head[] = "#usda 1.0\n(\n    customLayerData = {\n        int[] a = [";
+    size_t length = (size_t)sprintf(text, "%s", head);
+    for (int i = 0; i < ELEMENTS; i++)
+        length += (size_t)sprintf(text + length, "%d, ", i);
+    length += (size_t)sprintf(text + length, "0]\n    }\n)\n");
+    for (uint32_t threads = 1; threads <= 2; threads++) {
+        volatile int stop = 0;
+        const CohortStageOptions options = {.threads = threads, .stop = &stop};
+        Reports reports;
+        CohortError err;
+        CoLayer *layer = parse_bytes(text, length, &options, &reports, &err);
+        assert_non_null(layer);
+        co_layer_destroy(layer);
+        stop = 1;
+        assert_null(parse_bytes(text, length, &options, &reports, &err));
+        assert_int_equal(err.code, COHORT_ERROR_CANCELLED);
+        assert_int_equal(reports.count, 0);
+    }
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -195,6 +220,7 @@ int main(void)
         cmocka_unit_test(brackets_alone_take_no_memory),
         cmocka_unit_test(limits_hold),
         cmocka_unit_test(failing_memory_is_reported),
+        cmocka_unit_test(a_stop_ends_the_reading),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -174,6 +174,60 @@ static void fallbacks_select_where_nothing_does(void **state)
     cohort_stage_destroy(stage);
 }
 
+// Whose flag goes up at the n-th thing that the opener is asked for or told of.
+typedef struct Impatience {
+    MemoryFiles files;
+    volatile int stop;
+    int patience;
+} Impatience;
+
+static void wait_less(Impatience *host)
+{
+    host->stop = host->patience-- <= 0;
+}
+
+static bool impatient_open(void *cookie, const char *path, CohortBytes *out)
+{
+    Impatience *host = cookie;
+    wait_less(host);
+    return memory_open(&host->files, path, out);
+}
+
+static void impatient_release(void *cookie, const CohortBytes *bytes)
+{
+    Impatience *host = cookie;
+    wait_less(host);
+    memory_release(&host->files, bytes);
+}
+
+static void a_stop_ends_the_opening_wherever_it_is(void **state)
+{
+    (void)state;
+    int ended = 0, patience = 0;
+    for (bool done = false; !done; patience++) {
+        Impatience host = {.files = FILES(shop), .stop = patience == 0, .patience = patience};
+        Reports reports = {0};
+        CohortError err = {0};
+        CohortStageOptions options = {.open = impatient_open,
+                                      .release = impatient_release,
+                                      .open_cookie = &host,
+                                      .threads = 1,
+                                      .stop = &host.stop,
+                                      .report = test_report,
+                                      .cookie = &reports};
+        CohortStage *stage = cohort_stage_open(shop[0].path, &options, &err);
+        assert_int_equal(host.files.opened, host.files.released);
+        done = !host.stop;
+        ended += !stage;
+        assert_int_equal(err.code, stage ? COHORT_OK : COHORT_ERROR_CANCELLED);
+        for (int i = 0; i < reports.count; i++) // of what is missing, never of the stop
+            assert_null(strstr(reports.text[i], "stopped"));
+        if (stage)
+            cohort_stage_destroy(stage);
+    }
+    assert_true(ended >= 4); // in each of the layers
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -186,6 +240,7 @@ int main(void)
         cmocka_unit_test(payloads_come_by_rule),
         cmocka_unit_test(payloads_of_instances_are_told_apart),
         cmocka_unit_test(fallbacks_select_where_nothing_does),
+        cmocka_unit_test(a_stop_ends_the_opening_wherever_it_is),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -177,6 +177,10 @@ typedef struct CohortStageOptions {
     CohortOpenFn *open;       // NULL: the file system alone
     CohortReleaseFn *release; // may be NULL
     void *open_cookie;
+    // An int that any thread, or a signal handler, makes other than 0 to end the opening: within a
+    // fraction of a second it fails with COHORT_ERROR_CANCELLED. Borrowed; NULL = none. A reload looks
+    // at it too.
+    const volatile int *stop;
 } CohortStageOptions;
 
 // Opens and composes. Fails only when the root layer cannot be read; missing references and the
