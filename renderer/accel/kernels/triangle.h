@@ -65,51 +65,76 @@ static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafH
     }
 }
 
+// Edge functions of a vector of triangles.
+typedef struct LeafEdges {
+    CoWide edge[3];
+} LeafEdges;
+
+// Those of triangles i and up. Returns one bit per triangle whose line is pierced or may be.
+static inline uint32_t edges_of(const CoTriLeaf *leaf, uint32_t i, const LeafHits *points,
+                                LeafEdges *out)
+{
+    const CoWide zero = co_wide_set1(0.0f);
+    CoWide x[3], y[3];
+    for (int c = 0; c < 3; c++) {
+        const uint8_t *corner = leaf->corner + (size_t)c * leaf->row;
+        x[c] = co_wide_lookup16(points->x, corner, i);
+        y[c] = co_wide_lookup16(points->y, corner, i);
+    }
+    CoWide *edge = out->edge;
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        edge[c] = co_wide_sub(co_wide_mul(x[p], y[q]), co_wide_mul(y[p], x[q]));
+    }
+    CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
+    CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
+    CoWideMask mixed = co_wide_and(co_wide_lt(least, zero), co_wide_lt(zero, most));
+    return ~co_wide_bits(mixed) & ((1u << CO_WIDE_WIDTH) - 1u);
+}
+
+// t, u, v of triangles i and up. Returns those that are not unsure.
+static inline uint32_t place_hits(const CoTriLeaf *leaf, uint32_t i, const Shear *shear,
+                                  const LeafEdges *edges, LeafHits *out)
+{
+    const CoWide zero = co_wide_set1(0.0f), *edge = edges->edge;
+    CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]);
+    CoWide size = co_wide_abs(det);
+    CoWideMask sure =
+        co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
+    for (int c = 0; c < 3; c++)
+        sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
+    CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero, weight[3];
+    for (int c = 0; c < 3; c++) {
+        weight[c] = co_wide_mul(edge[c], inv);
+        CoWide z = co_wide_lookup16(out->z, leaf->corner + (size_t)c * leaf->row, i);
+        t = co_wide_add(t, co_wide_mul(weight[c], z));
+    }
+    co_wide_store(out->t + i, co_wide_mul(t, co_wide_set1(shear->sz)));
+    co_wide_store(out->u + i, weight[1]);
+    co_wide_store(out->v + i, weight[2]);
+    return co_wide_bits(sure);
+}
+
 // Returns one bit per triangle whose line is pierced or may be; fills t, u, v for those not unsure.
-// The points are sheared.
+// The points are sheared. Wide vectors all at once, however many triangles there are: no branch is
+// taken on what cannot be guessed.
 static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
                                         LeafHits *out)
 {
+    LeafEdges edges[POINT_VECTORS];
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? count : CO_LEAF_WIDTH;
     uint32_t pierced = 0;
-    const uint8_t *corner[3] = {leaf->corner, leaf->corner + leaf->row,
-                                leaf->corner + 2 * leaf->row};
-    const CoWide zero = co_wide_set1(0.0f);
+    for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH)
+        pierced |= edges_of(leaf, i, out, &edges[i / CO_WIDE_WIDTH]) << i;
+    pierced &= (2u << (count - 1)) - 1u;
     out->unsure = 0;
-    for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
-        CoWide x[3], y[3], edge[3];
-        for (int c = 0; c < 3; c++) {
-            x[c] = co_wide_lookup16(out->x, corner[c], i);
-            y[c] = co_wide_lookup16(out->y, corner[c], i);
-        }
-        for (int c = 0; c < 3; c++) {
-            int p = (c + 2) % 3, q = (c + 1) % 3;
-            edge[c] = co_wide_sub(co_wide_mul(x[p], y[q]), co_wide_mul(y[p], x[q]));
-        }
-        CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
-        CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
-        uint32_t negative = co_wide_bits(co_wide_lt(least, zero));
-        uint32_t positive = co_wide_bits(co_wide_lt(zero, most));
-        uint32_t bits = ~(negative & positive) & ((1u << CO_WIDE_WIDTH) - 1u);
-        bits &= (1u << (count - i)) - 1u;
-        if (!bits)
-            continue;
-        CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]);
-        CoWide size = co_wide_abs(det);
-        CoWideMask sure = co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size),
-                                      co_wide_lt(size, co_wide_set1(1e30f)));
-        for (int c = 0; c < 3; c++)
-            sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
-        CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero;
-        for (int c = 0; c < 3; c++) {
-            edge[c] = co_wide_mul(edge[c], inv);
-            CoWide z = co_wide_lookup16(out->z, corner[c], i);
-            t = co_wide_add(t, co_wide_mul(edge[c], z));
-        }
-        co_wide_store(out->t + i, co_wide_mul(t, co_wide_set1(shear->sz)));
-        co_wide_store(out->u + i, edge[1]);
-        co_wide_store(out->v + i, edge[2]);
-        pierced |= bits << i;
-        out->unsure |= (bits & ~co_wide_bits(sure)) << i;
+    if (!pierced)
+        return 0;
+    for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH) {
+        uint32_t bits = pierced >> i & ((1u << CO_WIDE_WIDTH) - 1u);
+        if (bits)
+            out->unsure |= (bits & ~place_hits(leaf, i, shear, &edges[i / CO_WIDE_WIDTH], out))
+                           << i;
     }
     return pierced;
 }
