@@ -40,10 +40,35 @@ static inline void order(Entered *first, Entered *second)
     *second = is_swapped ? a : b;
 }
 
+// Where children are: nodes, and leaves or instances, which are `stride` bytes apart.
+typedef struct Below {
+    const CoWideNode *nodes;
+    const void *leaves;
+    size_t stride;
+} Below;
+
+static inline Below below_walk(const Walk *walk)
+{
+    const CoBvh *bvh = walk->bvh;
+    if (bvh)
+        return (Below){walk->tree->nodes, bvh->leaf_at, bvh->leaf_stride};
+    return (Below){walk->tree->nodes, walk->object->top->placed, sizeof(CoPlaced)};
+}
+
+// Asks for the first line of a child. Always inline: the compiler drops calls of functions that do
+// no more.
+static inline __attribute__((always_inline)) void ask_for(const Below *below, uint32_t ref)
+{
+    const char *at = (const char *)&below->nodes[ref];
+    if (ref & CO_REF_LEAF)
+        at = (const char *)below->leaves + (ref & CO_REF_LEAF_PLACE) * below->stride;
+    __builtin_prefetch(at);
+}
+
 // Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
 // nearest of them last. Most nodes have one or two. Returns the stack's new top.
-static inline Entered *descend(Entered *top, const CoWideNode *node, uint32_t bits,
-                               const float entry[CO_NODE_WIDTH], uint32_t *ref)
+static inline __attribute__((always_inline)) Entered *descend(Entered *top, const CoWideNode *node, uint32_t bits,
+                               const float entry[CO_NODE_WIDTH], const Below *below, uint32_t *ref)
 {
     uint32_t first = (uint32_t)__builtin_ctz(bits);
     bits &= bits - 1;
@@ -53,12 +78,15 @@ static inline Entered *descend(Entered *top, const CoWideNode *node, uint32_t bi
     }
     Entered nearest = entered_child(node, entry, first);
     Entered other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
+    ask_for(below, (uint32_t)nearest);
+    ask_for(below, (uint32_t)other);
     order(&nearest, &other);
     *top = other;
     Entered *base = top++;
     for (bits &= bits - 1; bits; bits &= bits - 1) {
         Entered *at = top++;
         other = entered_child(node, entry, (uint32_t)__builtin_ctz(bits));
+        ask_for(below, (uint32_t)other);
         order(&nearest, &other);
         for (; at > base && at[-1] < other; at--)
             *at = at[-1];
@@ -69,12 +97,15 @@ static inline Entered *descend(Entered *top, const CoWideNode *node, uint32_t bi
 }
 
 // The same for a ray that any hit ends: in no order.
-static inline Entered *descend_any(Entered *top, const CoWideNode *node, uint32_t bits,
-                                   uint32_t *ref)
+static inline __attribute__((always_inline)) Entered *descend_any(Entered *top, const CoWideNode *node, uint32_t bits,
+                                   const Below *below, uint32_t *ref)
 {
     *ref = node->child[__builtin_ctz(bits)];
-    for (bits &= bits - 1; bits; bits &= bits - 1)
-        *top++ = ENTERED_ANYWHERE | node->child[__builtin_ctz(bits)];
+    for (bits &= bits - 1; bits; bits &= bits - 1) {
+        uint32_t child = node->child[__builtin_ctz(bits)];
+        ask_for(below, child);
+        *top++ = ENTERED_ANYWHERE | child;
+    }
     return top;
 }
 
@@ -101,22 +132,6 @@ static inline Walk walk_of_placed(const CoPlaced *placed, const CoObject *object
         walk.bvh = placed->bvh;
     }
     return walk;
-}
-
-// Asks for the first lines of children that are entered: of nodes, and of leaves or instances,
-// which are `stride` bytes apart. Always inline: the compiler drops calls of functions that do no
-// more.
-static inline __attribute__((always_inline)) void
-prefetch_children(const CoWideNode *node, uint32_t bits, const CoWideNode *nodes,
-                  const void *leaves, size_t stride)
-{
-    for (; bits; bits &= bits - 1) {
-        uint32_t ref = node->child[__builtin_ctz(bits)];
-        const char *at = (const char *)&nodes[ref];
-        if (ref & CO_REF_LEAF)
-            at = (const char *)leaves + (ref & CO_REF_LEAF_PLACE) * stride;
-        __builtin_prefetch(at);
-    }
 }
 
 // One ray against a leaf. Returns true when it needs no more.
@@ -177,33 +192,28 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
     shear_load(ray, &shear);
     const bool is_plain = is_tight || (!walk->bvh && ray_is_plain(ray));
     const SlabEnds *in_place = is_tight ? &own : NULL; // of meshes, once there is one
-    const CoWideNode *nodes = walk->tree->nodes;
+    Below level = below_walk(walk);
     const SlabEnds *ends = &own;
     const CoBvh *bvh = walk->bvh;
     uint32_t ref = 0, path = walk->path, visited = 0, below = 0, before = 0;
     *top++ = ENTERED_ANYWHERE | REF_END;
     for (;;) {
         if (!(ref & CO_REF_LEAF)) {
-            const CoWideNode *node = &nodes[ref];
+            const CoWideNode *node = &level.nodes[ref];
             uint32_t bits = slab_node(node, &slab, ends, co_lane_set1(ray->to), entry);
             visited++;
             if (ray->is_huge)
                 bits &= present_children(node);
             if (bits) {
-                if (!bvh)
-                    prefetch_children(node, bits, nodes, walk->object->top->placed,
-                                      sizeof(CoPlaced));
-                else if (bits & (bits - 1))
-                    prefetch_children(node, bits, nodes, bvh->leaf_at, bvh->leaf_stride);
-                top = is_any ? descend_any(top, node, bits, &ref)
-                             : descend(top, node, bits, entry, &ref);
+                top = is_any ? descend_any(top, node, bits, &level, &ref)
+                             : descend(top, node, bits, entry, &level, &ref);
                 continue;
             }
         } else if (ref == REF_END) {
             if (bvh == walk->bvh)
                 break;
             below += visited - before;
-            nodes = walk->tree->nodes;
+            level = below_walk(walk);
             ends = &own;
             bvh = NULL;
         } else if (bvh) {
@@ -217,8 +227,8 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
             if (placed->is_in_place && is_plain) {
                 if (!is_hidden(group, ray, placed)) {
                     before = visited;
-                    nodes = placed->nodes;
                     bvh = placed->bvh;
+                    level = (Below){placed->nodes, bvh->leaf_at, bvh->leaf_stride};
                     if (!in_place)
                         in_place = ends_in_place(ray, walk->tree, &tight);
                     ends = in_place;
