@@ -7,12 +7,13 @@
 #include "accel/kernels/triangle.h"
 
 #define clamp_hit(leaf, ray, i, t) ((void)(leaf), true)
+#define place_hit plain_place
 
 #if PLAIN_MOELLER
 
 #define co_accel_traverse bench_moeller
 #define pierce_triangles plain_pierce
-#define shear_points(leaf, shear, hits) ((void)(shear))
+#define shear_points plain_points
 
 static inline CoWide dot_lanes(const CoWide a[3], const CoWide b[3])
 {
@@ -28,19 +29,27 @@ static inline void cross_lanes(const CoWide a[3], const CoWide b[3], CoWide out[
     }
 }
 
-// In the order of axes of the shear, along (sx, sy, 1), whose distances are the ray's over sz.
-static inline uint32_t plain_pierce(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
-                                    LeafHits *out)
+// As seen from the ray's origin, in the order of axes of the shear; its slopes stand where hits
+// will.
+static inline void plain_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
 {
-    const CoWide zero = co_wide_set1(0.0f), one = co_wide_set1(1.0f);
     const uint32_t axes[3] = {shear->x, shear->y, shear->z};
-    const CoWide dir[3] = {co_wide_set1(shear->sx), co_wide_set1(shear->sy), one};
-    uint32_t pierced = 0;
-    CoWide points[3][POINT_VECTORS];
+    CoWide *const to[3] = {out->x, out->y, out->z};
     for (uint32_t k = 0; k < 3; k++)
         for (uint32_t i = 0; i < POINT_VECTORS; i++)
-            points[k][i] = co_wide_load(leaf->points[axes[k]] + i * CO_WIDE_WIDTH);
-    out->unsure = 0;
+            to[k][i] = co_wide_sub(co_wide_load(leaf->points[axes[k]] + i * CO_WIDE_WIDTH),
+                                   co_wide_set1(shear->org[k]));
+    out->edge[0][0] = co_wide_set1(shear->sx);
+    out->edge[1][0] = co_wide_set1(shear->sy);
+}
+
+// Along (sx, sy, 1), whose distances are the ray's over sz; t, u, v take the place of edges.
+static inline uint32_t plain_pierce(const CoTriLeaf *leaf, uint32_t count, LeafHits *out)
+{
+    const CoWide zero = co_wide_set1(0.0f), one = co_wide_set1(1.0f);
+    const CoWide dir[3] = {out->edge[0][0], out->edge[1][0], one};
+    const CoWide *const points[3] = {out->x, out->y, out->z};
+    uint32_t pierced = 0;
     for (uint32_t i = 0; i < count; i += CO_WIDE_WIDTH) {
         CoWide e1[3], e2[3], from[3], p[3], q[3];
         for (int k = 0; k < 3; k++) {
@@ -49,7 +58,7 @@ static inline uint32_t plain_pierce(const CoTriLeaf *leaf, const Shear *shear, u
                 at[c] = co_wide_lookup16(points[k], leaf->corner + c * leaf->row, i);
             e1[k] = co_wide_sub(at[1], at[0]);
             e2[k] = co_wide_sub(at[2], at[0]);
-            from[k] = co_wide_sub(co_wide_set1(shear->org[k]), at[0]);
+            from[k] = co_wide_sub(zero, at[0]);
         }
         cross_lanes(dir, e2, p);
         cross_lanes(from, e1, q);
@@ -57,22 +66,44 @@ static inline uint32_t plain_pierce(const CoTriLeaf *leaf, const Shear *shear, u
         CoWide u = co_wide_mul(dot_lanes(from, p), inv), v = co_wide_mul(dot_lanes(dir, q), inv);
         CoWideMask in = co_wide_and(co_wide_le(zero, u), co_wide_le(zero, v));
         uint32_t bits = co_wide_bits(co_wide_and(in, co_wide_le(co_wide_add(u, v), one)));
-        bits &= (1u << (count - i)) - 1u;
-        if (!bits)
-            continue;
-        CoWide t = co_wide_mul(dot_lanes(e2, q), inv);
-        co_wide_store(out->t + i, co_wide_mul(t, co_wide_set1(shear->sz)));
-        co_wide_store(out->u + i, u);
-        co_wide_store(out->v + i, v);
+        out->edge[0][i / CO_WIDE_WIDTH] = co_wide_mul(dot_lanes(e2, q), inv);
+        out->edge[1][i / CO_WIDE_WIDTH] = u;
+        out->edge[2][i / CO_WIDE_WIDTH] = v;
         pierced |= bits << i;
     }
-    return pierced;
+    return pierced & ((2u << (count - 1)) - 1u);
+}
+
+static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
+                               const LeafHits *hits, float *t, float *u, float *v)
+{
+    (void)leaf;
+    *t = ((const float *)hits->edge[0])[i] * shear->sz;
+    *u = ((const float *)hits->edge[1])[i];
+    *v = ((const float *)hits->edge[2])[i];
+    return true;
 }
 
 #else
 
 #define co_accel_traverse bench_inexact
-#define pierce_lane(leaf, shear, i, hits) ((void)(shear), true)
+
+static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
+                               const LeafHits *hits, float *t, float *u, float *v)
+{
+    float edge[3], sum = 0.0f;
+    for (int c = 0; c < 3; c++)
+        edge[c] = ((const float *)hits->edge[c])[i];
+    float inv = 1.0f / (edge[0] + edge[1] + edge[2]);
+    for (uint32_t c = 0; c < 3; c++) {
+        edge[c] *= inv;
+        sum += edge[c] * ((const float *)hits->z)[co_leaf_corner(leaf, c, i)];
+    }
+    *t = sum * shear->sz;
+    *u = edge[1];
+    *v = edge[2];
+    return true;
+}
 
 #endif
 

@@ -58,7 +58,7 @@ static inline bool trace_block(Group *group, Ray *ray, const CoTriLeaf *leaf, ui
     shear_load(ray, &shear);
     group->stats->triangles += (uint64_t)__builtin_popcount(valid);
     shear_points(leaf, &shear, &hits);
-    uint32_t pierced = pierce_triangles(leaf, &shear, CO_GRID_TRIS, &hits) & valid;
+    uint32_t pierced = pierce_triangles(leaf, CO_GRID_TRIS, &hits) & valid;
     return pierced && offer_pierced(group, ray, leaf, &shear, pierced, path, &hits);
 }
 

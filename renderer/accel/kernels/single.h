@@ -143,7 +143,7 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const S
     const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
     group->stats->triangles += count;
     shear_points(&leaf, shear, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, shear, count, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, count, &hits);
     if (!pierced)
         return false;
     pad_for(ray, bvh);
@@ -299,7 +299,7 @@ static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const Co
     shear_load(inner, &shear);
     group->stats->triangles += count;
     shear_points(&leaf, &shear, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, &shear, count, &hits);
+    uint32_t pierced = pierce_triangles(&leaf, count, &hits);
     if (!pierced || !enter_box_of(ray, placed, inner))
         return;
     inner->padded_for = NULL;

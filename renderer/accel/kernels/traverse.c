@@ -54,12 +54,18 @@ typedef struct Hit {
     uint32_t path, tri;
 } Hit;
 
+// Not behind its start, nor what it has met.
+static inline bool is_within_ray(const Group *group, uint32_t slot, float t)
+{
+    return t > group->tnear[slot] && t <= group->best_t[slot];
+}
+
 // Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now. Returns
 // true when the ray needs no more.
 static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float exit, float *to)
 {
     float best = group->best_t[slot];
-    if (!(hit->t > group->tnear[slot] && hit->t <= best))
+    if (!is_within_ray(group, slot, hit->t))
         return false;
     // Before the first hit best is tfar with ids 0, which no tie is below.
     if (hit->t == best &&
@@ -89,15 +95,16 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
 
 // Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more.
 static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear,
-                                 uint32_t pierced, uint32_t path, LeafHits *hits)
+                                 uint32_t pierced, uint32_t path, const LeafHits *hits)
 {
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
-        if ((hits->unsure >> i & 1u) && !pierce_lane(leaf, shear, i, hits))
+        Hit hit = {.path = path};
+        if (!place_hit(leaf, shear, i, hits, &hit.t, &hit.u, &hit.v) ||
+            !clamp_hit(leaf, ray, i, &hit.t) || !is_within_ray(group, ray->slot, hit.t))
             continue;
-        Hit hit = {hits->t[i], hits->u[i], hits->v[i], path, co_leaf_tri(leaf, i)};
-        if (clamp_hit(leaf, ray, i, &hit.t) &&
-            offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
+        hit.tri = co_leaf_tri(leaf, i);
+        if (offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
             return true;
     }
     return false;
@@ -228,7 +235,7 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const W
     rays_shear(rays, j, &shear);
     group->stats->triangles += count;
     shear_points(leaf, &shear, &hits);
-    uint32_t pierced = pierce_triangles(leaf, &shear, count, &hits) & triangles;
+    uint32_t pierced = pierce_triangles(leaf, count, &hits) & triangles;
     if (!pierced)
         return;
     rays_clamping(rays, j, &ray);

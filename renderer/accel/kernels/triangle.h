@@ -38,11 +38,10 @@ enum {
     POINT_VECTORS = CO_LEAF_WIDTH / CO_WIDE_WIDTH
 };
 
-// A leaf's points along the ray, and per triangle what the lanes found.
+// A leaf's points along the ray, and the edge functions of its triangles.
 typedef struct LeafHits {
     CoWide x[POINT_VECTORS], y[POINT_VECTORS], z[POINT_VECTORS];
-    float t[CO_LEAF_WIDTH], u[CO_LEAF_WIDTH], v[CO_LEAF_WIDTH];
-    uint32_t unsure; // triangles for which float does not decide
+    CoWide edge[3][POINT_VECTORS];
 } LeafHits;
 
 static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
@@ -65,26 +64,21 @@ static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafH
     }
 }
 
-// Edge functions of a vector of triangles.
-typedef struct LeafEdges {
-    CoWide edge[3];
-} LeafEdges;
-
-// Those of triangles i and up. Returns one bit per triangle whose line is pierced or may be.
-static inline uint32_t edges_of(const CoTriLeaf *leaf, uint32_t i, const LeafHits *points,
-                                LeafEdges *out)
+// Edge functions of triangles i and up. Returns one bit per triangle whose line is pierced or may
+// be.
+static inline uint32_t pierce_vector(const CoTriLeaf *leaf, uint32_t i, LeafHits *hits)
 {
     const CoWide zero = co_wide_set1(0.0f);
-    CoWide x[3], y[3];
+    CoWide x[3], y[3], edge[3];
     for (int c = 0; c < 3; c++) {
         const uint8_t *corner = leaf->corner + (size_t)c * leaf->row;
-        x[c] = co_wide_lookup16(points->x, corner, i);
-        y[c] = co_wide_lookup16(points->y, corner, i);
+        x[c] = co_wide_lookup16(hits->x, corner, i);
+        y[c] = co_wide_lookup16(hits->y, corner, i);
     }
-    CoWide *edge = out->edge;
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
         edge[c] = co_wide_sub(co_wide_mul(x[p], y[q]), co_wide_mul(y[p], x[q]));
+        hits->edge[c][i / CO_WIDE_WIDTH] = edge[c];
     }
     CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
     CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
@@ -92,54 +86,18 @@ static inline uint32_t edges_of(const CoTriLeaf *leaf, uint32_t i, const LeafHit
     return ~co_wide_bits(mixed) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
 
-// t, u, v of triangles i and up. Returns those that are not unsure.
-static inline uint32_t place_hits(const CoTriLeaf *leaf, uint32_t i, const Shear *shear,
-                                  const LeafEdges *edges, LeafHits *out)
+// The same of all triangles, whose points are sheared. Wide vectors all at once, however many
+// triangles there are: no branch is taken on what cannot be guessed.
+static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, LeafHits *hits)
 {
-    const CoWide zero = co_wide_set1(0.0f), *edge = edges->edge;
-    CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]);
-    CoWide size = co_wide_abs(det);
-    CoWideMask sure =
-        co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
-    for (int c = 0; c < 3; c++)
-        sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
-    CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero, weight[3];
-    for (int c = 0; c < 3; c++) {
-        weight[c] = co_wide_mul(edge[c], inv);
-        CoWide z = co_wide_lookup16(out->z, leaf->corner + (size_t)c * leaf->row, i);
-        t = co_wide_add(t, co_wide_mul(weight[c], z));
-    }
-    co_wide_store(out->t + i, co_wide_mul(t, co_wide_set1(shear->sz)));
-    co_wide_store(out->u + i, weight[1]);
-    co_wide_store(out->v + i, weight[2]);
-    return co_wide_bits(sure);
-}
-
-// Returns one bit per triangle whose line is pierced or may be; fills t, u, v for those not unsure.
-// The points are sheared. Wide vectors all at once, however many triangles there are: no branch is
-// taken on what cannot be guessed.
-static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, const Shear *shear, uint32_t count,
-                                        LeafHits *out)
-{
-    LeafEdges edges[POINT_VECTORS];
     const uint32_t most = CO_WIDE_WIDTH < 8 ? count : CO_LEAF_WIDTH;
     uint32_t pierced = 0;
     for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH)
-        pierced |= edges_of(leaf, i, out, &edges[i / CO_WIDE_WIDTH]) << i;
-    pierced &= (2u << (count - 1)) - 1u;
-    out->unsure = 0;
-    if (!pierced)
-        return 0;
-    for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH) {
-        uint32_t bits = pierced >> i & ((1u << CO_WIDE_WIDTH) - 1u);
-        if (bits)
-            out->unsure |= (bits & ~place_hits(leaf, i, shear, &edges[i / CO_WIDE_WIDTH], out))
-                           << i;
-    }
-    return pierced;
+        pierced |= pierce_vector(leaf, i, hits) << i;
+    return pierced & ((2u << (count - 1)) - 1u);
 }
 
-// The same for one triangle in double, from its float sheared corners. False when it is missed or
+// A hit of one triangle in double, from its float sheared corners. False when it is missed or
 // has no area along the ray.
 static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, float *u, float *v)
 {
@@ -162,20 +120,34 @@ static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, 
     return true;
 }
 
-static inline bool pierce_lane(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                               LeafHits *hits)
+// Where a triangle that may be pierced is. False when it is missed: where float does not decide it
+// is taken again in double. Few triangles of a leaf come here, mostly one: vectors do not pay.
+static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
+                             const LeafHits *hits, float *t, float *u, float *v)
 {
-    float corner[3][3];
-    const float *x = (const float *)hits->x, *y = (const float *)hits->y;
-    const float *z = (const float *)hits->z;
+    float corner[3][3], edge[3];
+    const float *sheared[3] = {(const float *)hits->x, (const float *)hits->y,
+                               (const float *)hits->z};
     for (uint32_t c = 0; c < 3; c++) {
         uint32_t point = co_leaf_corner(leaf, c, i);
-        corner[0][c] = x[point];
-        corner[1][c] = y[point];
-        corner[2][c] = z[point];
+        edge[c] = ((const float *)hits->edge[c])[i];
+        for (int k = 0; k < 3; k++)
+            corner[k][c] = sheared[k][point];
     }
-    return pierce_exactly((const float(*)[3])corner, shear->sz, &hits->t[i], &hits->u[i],
-                          &hits->v[i]);
+    float det = edge[0] + edge[1] + edge[2], size = __builtin_fabsf(det);
+    bool is_sure = (size > 1e-30f) & (size < 1e30f) & (edge[0] != 0.0f) & (edge[1] != 0.0f) &
+                   (edge[2] != 0.0f);
+    if (!is_sure)
+        return pierce_exactly((const float(*)[3])corner, shear->sz, t, u, v);
+    float inv = 1.0f / det, sum = 0.0f;
+    for (int c = 0; c < 3; c++) {
+        edge[c] *= inv;
+        sum += edge[c] * corner[2][c];
+    }
+    *t = sum * shear->sz;
+    *u = edge[1];
+    *v = edge[2];
+    return true;
 }
 
 // Clamps t into the triangle's own box and the boxes of the instances on the way. False when the
