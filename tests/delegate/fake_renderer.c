@@ -3,6 +3,7 @@
 #include "base/error.h"
 
 #include <stdatomic.h>
+#include <stdio.h>
 #include <string.h>
 #include <time.h>
 
@@ -67,6 +68,16 @@ uint32_t cohort_scene_new_object(CohortScene *scene, CohortError *err)
     return fake.object_count++;
 }
 
+static void record_primvar(const CohortPrimvarDesc *desc, FakePrimvar *out)
+{
+    *out = (FakePrimvar){.interpolation = desc->interpolation,
+                         .components = desc->components,
+                         .value_count = desc->value_count,
+                         .index_count = desc->index_count};
+    snprintf(out->name, sizeof out->name, "%s", desc->name);
+    memcpy(out->first, desc->values, desc->components * sizeof *out->first);
+}
+
 bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMeshDesc *desc,
                            CohortError *err)
 {
@@ -89,9 +100,13 @@ bool cohort_scene_set_mesh(CohortScene *scene, uint32_t object, const CohortMesh
         o->subset_material = desc->subsets[0].material;
         o->subset_faces = desc->subsets[0].face_count;
     }
-    for (size_t i = 0; i < desc->primvar_count; i++)
-        if (strcmp(desc->primvars[i].name, "displayColor") == 0)
-            memcpy(o->first_color, desc->primvars[i].values, sizeof o->first_color);
+    for (size_t i = 0; i < desc->primvar_count; i++) {
+        const CohortPrimvarDesc *p = &desc->primvars[i];
+        if (strcmp(p->name, "displayColor") == 0)
+            memcpy(o->first_color, p->values, sizeof o->first_color);
+        if (i < sizeof o->primvars / sizeof *o->primvars)
+            record_primvar(p, &o->primvars[i]);
+    }
     if (desc->point_count)
         memcpy(o->first_point, desc->points, sizeof o->first_point);
     fake.counts.mesh_builds++;

@@ -12,12 +12,21 @@ enum {
     FAKE_PATH = 128
 };
 
+typedef struct FakePrimvar {
+    char name[32];
+    CohortInterpolation interpolation;
+    uint32_t components;
+    size_t value_count, index_count;
+    float first[4]; // value
+} FakePrimvar;
+
 typedef struct FakeObject {
     bool is_mesh, is_group;
     char path[FAKE_PATH];
     uint32_t level, material, subset_material, ptex_face_offset;
     CohortScheme scheme;
     size_t point_count, primvar_count, subset_faces;
+    FakePrimvar primvars[8];
     float first_color[3]; // of displayColor
     float first_point[3];
     size_t instance_count;

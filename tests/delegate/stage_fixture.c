@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -12,44 +13,92 @@
 
 #include <cmocka.h>
 
-bool stage_fixture_open(StageFixture *f, const char *body, const CohortAdapterOptions *options,
-                        CohortError *err)
+StageFixture stage;
+
+static bool skip_word(const char **text, const char *word)
 {
-    memset(f, 0, sizeof *f);
+    size_t length = strlen(word);
+    if (strncmp(*text, word, length) != 0)
+        return false;
+    *text += length;
+    return true;
+}
+
+static void write_body(const char *body, FILE *out)
+{
+    while (*body) {
+        if (skip_word(&body, "$triangle")) {
+            fputs("int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0,1,2]\n"
+                  "point3f[] points = [(0,0,0),(1,0,0),(0,1,0)]\n",
+                  out);
+        } else if (skip_word(&body, "$at")) {
+            int length = (int)strcspn(body, ")") + 1;
+            fprintf(out,
+                    "double3 xformOp:translate = %.*s\n"
+                    "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n",
+                    length, body);
+            body += length;
+        } else {
+            // A statement ends at a line's end, also before a brace.
+            bool ends = *body == ';' || *body == '}';
+            if (ends)
+                fputc('\n', out);
+            if (*body != ';')
+                fputc(*body, out);
+            if (*body == '}')
+                fputc('\n', out);
+            body++;
+        }
+    }
+}
+
+bool try_stage(const char *body, const CohortAdapterOptions *options, CohortError *err)
+{
+    memset(&stage, 0, sizeof stage);
     fake_reset();
-    strcpy(f->path, "/tmp/cohort_test_XXXXXX.usda");
-    int file = mkstemps(f->path, 5);
+    strcpy(stage.path, "/tmp/cohort_test_XXXXXX.usda");
+    int file = mkstemps(stage.path, 5);
     assert_true(file >= 0);
     FILE *out = fdopen(file, "w");
     fputs("#usda 1.0\n", out);
-    for (; *body; body++) {
-        if (*body == '}')
-            fputc('\n', out); // a statement ends at a line end, also before a brace
-        fputc(*body, out);
-    }
+    write_body(body, out);
     fclose(out);
-    f->delegate = cohort_delegate_create(err);
-    f->index = cohort_render_index_create(f->delegate, err);
-    f->adapter = cohort_adapter_open(f->delegate, f->path, options, err);
-    return f->adapter && cohort_adapter_populate(f->adapter, err) &&
-           cohort_render_index_sync(f->index, err);
+    stage.delegate = cohort_delegate_create(err);
+    stage.index = cohort_render_index_create(stage.delegate, err);
+    stage.adapter = cohort_adapter_open(stage.delegate, stage.path, options, err);
+    return stage.adapter && cohort_adapter_populate(stage.adapter, err) &&
+           cohort_render_index_sync(stage.index, err);
 }
 
-void stage_fixture_close(StageFixture *f)
+void open_stage_with(const char *body, const CohortAdapterOptions *options)
 {
-    cohort_adapter_destroy(f->adapter);
-    cohort_delegate_destroy(f->delegate);
-    unlink(f->path);
+    CohortError err = {0};
+    if (!try_stage(body, options, &err))
+        fail_msg("%s", err.message);
+}
+
+void open_stage(const char *body)
+{
+    open_stage_with(body, NULL);
+}
+
+int close_stage(void **state)
+{
+    (void)state;
+    cohort_adapter_destroy(stage.adapter);
+    cohort_delegate_destroy(stage.delegate);
+    unlink(stage.path);
     assert_int_equal(co_memory_live(CO_MEMORY_DELEGATE), 0);
+    return 0;
 }
 
-void stage_fixture_render(StageFixture *f, uint32_t width, uint32_t height)
+void render_stage(uint32_t width, uint32_t height)
 {
-    CohortRenderBuffer *buffer =
-        cohort_render_buffer_create(f->delegate, width, height, COHORT_FORMAT_FLOAT32_VEC4, NULL);
-    CohortRenderPass *pass = cohort_render_pass_create(f->index, NULL);
+    CohortRenderBuffer *buffer = cohort_render_buffer_create(stage.delegate, width, height,
+                                                             COHORT_FORMAT_FLOAT32_VEC4, NULL);
+    CohortRenderPass *pass = cohort_render_pass_create(stage.index, NULL);
     CohortAovBinding binding = {"color", buffer};
-    CohortRenderPassState state = cohort_adapter_pass_state(f->adapter);
+    CohortRenderPassState state = cohort_adapter_pass_state(stage.adapter);
     state.bindings = &binding;
     state.binding_count = 1;
     assert_true(cohort_render_pass_execute(pass, &state, NULL));
@@ -66,10 +115,26 @@ const FakeObject *fake_mesh(const char *path)
     return NULL;
 }
 
-bool stage_fixture_reports(StageFixture *f, const char *prim_path, const char *name)
+const CohortInstanceDesc *root_instance(const char *path)
+{
+    const FakeObject *root = &fake.objects[0], *mesh = fake_mesh(path);
+    for (size_t i = 0; mesh && i < root->instance_count; i++)
+        if (&fake.objects[root->instances[i].object] == mesh)
+            return &root->instances[i];
+    return NULL;
+}
+
+bool is_at(const CohortInstanceDesc *instance, double x, double y, double z)
+{
+    const double *origin = instance ? instance->transform[3] : NULL;
+    return origin && fabs(origin[0] - x) < 1e-9 && fabs(origin[1] - y) < 1e-9 &&
+           fabs(origin[2] - z) < 1e-9;
+}
+
+bool is_reported(const char *prim_path, const char *name)
 {
     const CohortReportEntry *entries;
-    size_t count = cohort_adapter_report(f->adapter, &entries);
+    size_t count = cohort_adapter_report(stage.adapter, &entries);
     for (size_t i = 0; i < count; i++)
         if (strcmp(entries[i].prim_path, prim_path) == 0 && strcmp(entries[i].name, name) == 0)
             return true;

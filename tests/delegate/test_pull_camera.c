@@ -10,23 +10,12 @@
 
 #include <cmocka.h>
 
-static StageFixture f;
-
-static int teardown(void **state)
-{
-    (void)state;
-    stage_fixture_close(&f);
-    return 0;
-}
-
 static void render(const char *attributes, uint32_t width, uint32_t height)
 {
     char body[512];
-    CohortError err = {0};
-    snprintf(body, sizeof body, "def Camera \"C\" { %s\n}\n" TRIANGLE("M", ""), attributes);
-    if (!stage_fixture_open(&f, body, NULL, &err))
-        fail_msg("%s", err.message);
-    stage_fixture_render(&f, width, height);
+    snprintf(body, sizeof body, "def Camera 'C' { %s } def Mesh 'M' { $triangle }", attributes);
+    open_stage(body);
+    render_stage(width, height);
 }
 
 static void assert_window(double left, double right, double bottom, double top)
@@ -40,7 +29,7 @@ static void assert_window(double left, double right, double bottom, double top)
 static void test_a_plain_camera(void **state)
 {
     (void)state;
-    render("float focalLength = 40\n float horizontalAperture = 20\n float verticalAperture = 10\n"
+    render("float focalLength = 40; float horizontalAperture = 20; float verticalAperture = 10; "
            "float2 clippingRange = (2, 300)",
            40, 20);
     assert_window(-0.25, 0.25, -0.125, 0.125);
@@ -48,15 +37,15 @@ static void test_a_plain_camera(void **state)
     assert_false(fake.camera.orthographic);
     assert_true(fake.camera.lens_radius == 0.0);
     const CohortReportEntry *entries;
-    assert_int_equal(cohort_adapter_report(f.adapter, &entries), 0);
+    assert_int_equal(cohort_adapter_report(stage.adapter, &entries), 0);
 }
 
 static void test_offsets_and_orthographic(void **state)
 {
     (void)state;
-    render("token projection = \"orthographic\"\n float horizontalAperture = 20\n"
-           "float verticalAperture = 20\n float horizontalApertureOffset = 5\n"
-           "float fStop = 1\n float focusDistance = 3",
+    render("token projection = 'orthographic'; float horizontalAperture = 20; "
+           "float verticalAperture = 20; float horizontalApertureOffset = 5; "
+           "float fStop = 1; float focusDistance = 3",
            10, 10);
     assert_true(fake.camera.orthographic);
     assert_window(-0.5, 1.5, -1.0, 1.0); // tenths of a unit
@@ -66,7 +55,7 @@ static void test_offsets_and_orthographic(void **state)
 static void test_lenses(void **state)
 {
     (void)state;
-    render("float focalLength = 50\n float fStop = 2.5\n float focusDistance = 7", 10, 10);
+    render("float focalLength = 50; float fStop = 2.5; float focusDistance = 7", 10, 10);
     assert_true(fabs(fake.camera.lens_radius - 1.0) < 1e-9); // 5 units / (2 x 2.5)
     assert_true(fake.camera.focus_distance == 7.0);
 }
@@ -74,7 +63,7 @@ static void test_lenses(void **state)
 static void test_a_focus_at_infinity_is_one(void **state)
 {
     (void)state;
-    render("float fStop = 2.5\n float focusDistance = inf", 10, 10);
+    render("float fStop = 2.5; float focusDistance = inf", 10, 10);
     assert_true(fake.camera.lens_radius > 0.0);
     assert_true(isfinite(fake.camera.focus_distance) && fake.camera.focus_distance > 1e12);
 }
@@ -87,11 +76,11 @@ static void assert_replaced(const char *attribute, const char *name)
     render(text, 41, 30);
     CohortCameraSource d = cohort_camera_source_default();
     const double width = d.horizontal_aperture / d.focal_length;
-    if (!stage_fixture_reports(&f, "/C", name))
+    if (!is_reported("/C", name))
         fail_msg("%s is not reported", attribute);
     assert_true(fabs(fake.camera.window[1] - fake.camera.window[0] - width) < 0.01);
     assert_true(fake.camera.window[3] > fake.camera.window[2]);
-    stage_fixture_close(&f);
+    close_stage(NULL);
 }
 
 static void test_lenses_that_are_none(void **state)
@@ -110,18 +99,18 @@ static void assert_pinhole(const char *lens, const char *name)
 {
     render(lens, 10, 10);
     assert_true(fake.camera.lens_radius == 0.0);
-    if (!stage_fixture_reports(&f, "/C", name))
+    if (!is_reported("/C", name))
         fail_msg("%s: %s is not reported", lens, name);
-    stage_fixture_close(&f);
+    close_stage(NULL);
 }
 
 static void test_no_depth_of_field(void **state)
 {
     (void)state;
-    assert_pinhole("float fStop = nan\n float focusDistance = 3", "fStop");
-    assert_pinhole("float fStop = -1\n float focusDistance = 3", "fStop");
-    assert_pinhole("float fStop = 2\n float focusDistance = nan", "focusDistance");
-    assert_pinhole("float fStop = 2\n float focusDistance = -3", "focusDistance");
+    assert_pinhole("float fStop = nan; float focusDistance = 3", "fStop");
+    assert_pinhole("float fStop = -1; float focusDistance = 3", "fStop");
+    assert_pinhole("float fStop = 2; float focusDistance = nan", "focusDistance");
+    assert_pinhole("float fStop = 2; float focusDistance = -3", "focusDistance");
 }
 
 static void test_odd_words_and_ranges(void **state)
@@ -132,36 +121,34 @@ static void test_odd_words_and_ranges(void **state)
         char text[96];
         snprintf(text, sizeof text, "float2 clippingRange = %s", ranges[i]);
         render(text, 10, 10);
-        if (!stage_fixture_reports(&f, "/C", "clippingRange"))
+        if (!is_reported("/C", "clippingRange"))
             fail_msg("%s is not reported", text);
-        stage_fixture_close(&f);
+        close_stage(NULL);
     }
-    render("token projection = \"fisheye\"", 10, 10);
+    render("token projection = 'fisheye'", 10, 10);
     assert_false(fake.camera.orthographic);
-    assert_true(stage_fixture_reports(&f, "/C", "projection"));
+    assert_true(is_reported("/C", "projection"));
 }
 
 // Only the camera that is rendered has to be one.
 static void test_other_cameras_may_be_odd(void **state)
 {
     (void)state;
-    CohortError err = {0};
-    assert_true(stage_fixture_open(
-        &f, "def Camera \"C\" {}\n def Camera \"Odd\" { float focalLength = nan }\n", NULL, &err));
-    assert_false(stage_fixture_reports(&f, "/Odd", "focalLength"));
+    open_stage("def Camera 'C' {} def Camera 'Odd' { float focalLength = nan }");
+    assert_false(is_reported("/Odd", "focalLength"));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_a_plain_camera, teardown),
-        cmocka_unit_test_teardown(test_offsets_and_orthographic, teardown),
-        cmocka_unit_test_teardown(test_lenses, teardown),
-        cmocka_unit_test_teardown(test_a_focus_at_infinity_is_one, teardown),
+        cmocka_unit_test_teardown(test_a_plain_camera, close_stage),
+        cmocka_unit_test_teardown(test_offsets_and_orthographic, close_stage),
+        cmocka_unit_test_teardown(test_lenses, close_stage),
+        cmocka_unit_test_teardown(test_a_focus_at_infinity_is_one, close_stage),
         cmocka_unit_test(test_lenses_that_are_none),
         cmocka_unit_test(test_no_depth_of_field),
-        cmocka_unit_test_teardown(test_odd_words_and_ranges, teardown),
-        cmocka_unit_test_teardown(test_other_cameras_may_be_odd, teardown),
+        cmocka_unit_test_teardown(test_odd_words_and_ranges, close_stage),
+        cmocka_unit_test_teardown(test_other_cameras_may_be_odd, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

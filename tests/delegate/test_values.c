@@ -1,16 +1,14 @@
-// The adapter's small parts: numbers of all precisions, texts for the report, the built-in sky.
+// Values as the adapter reads them: numbers of all precisions as floats, texts for the report.
 
 #include "stage_adapter/adapter.h"
 
+#include "base/memory.h"
 #include "index/index.h"
 
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -72,51 +70,53 @@ static void test_descriptions(void **state)
     assert_true(strlen(tiny) < sizeof tiny);
 }
 
-static double brightness(const unsigned char *pixel)
-{
-    return ldexp((double)pixel[1], (int)pixel[3] - 136);
-}
-
-// Pictures need no exposure: a white floor sends back less than 1, only the sun is brighter.
-static void assert_exposed(unsigned char pixels[256][512][4])
-{
-    const double step = 3.14159265358979 / 256.0;
-    double floor_light = 0.0;
-    unsigned bright = 0;
-    for (int y = 0; y < 128; y++)
-        for (int x = 0; x < 512; x++) {
-            double polar = step * (y + 0.5), value = brightness(pixels[y][x]);
-            floor_light += value * cos(polar) * sin(polar) * step * step;
-            bright += value > 1.0;
-        }
-    assert_true(floor_light / 3.14159265358979 > 0.6 && floor_light / 3.14159265358979 < 1.0);
-    assert_true(bright < 256 * 512 / 100);
-}
-
-static void test_sky_is_bright_above(void **state)
+// A number that is cut still ends, and a text that is no text is empty.
+static void test_values_of_nothing(void **state)
 {
     (void)state;
-    char path[] = "/tmp/cohort_sky_XXXXXX";
-    close(mkstemp(path));
-    assert_true(co_sky_write(path, NULL));
-    FILE *file = fopen(path, "rb");
-    char line[64];
-    for (int i = 0; i < 4; i++)
-        assert_non_null(fgets(line, sizeof line, file));
-    assert_string_equal(line, "-Y 256 +X 512\n");
-    static unsigned char pixels[256][512][4];
-    assert_int_equal(fread(pixels, 1, sizeof pixels, file), sizeof pixels);
-    assert_int_equal(fgetc(file), EOF);
-    fclose(file);
-    unlink(path);
-    assert_true(brightness(pixels[100][400]) > 1.5 * brightness(pixels[200][400]));
-    // The sun is where the framing camera is, in front (+Z), to its right and 40 degrees up.
-    assert_true(brightness(pixels[71][201]) > 100.0);
-    assert_true(brightness(pixels[71][457]) < 1.0);
-    assert_exposed(pixels);
-    CohortError err = {0};
-    assert_false(co_sky_write("/nowhere/sky.hdr", &err));
-    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    CohortPull pull = {.arena = {.tag = CO_MEMORY_DELEGATE}};
+    char text[32] = "?";
+    CoFloats out;
+    CohortValue value = {.type = COHORT_TYPE_COLOR3F, .is_array = true};
+    assert_true(co_values_floats(&value, &pull, &out));
+    assert_int_equal(out.count, 0);
+    co_values_describe(&value, text, sizeof text);
+    assert_string_equal(text, "");
+    const CohortString none = {NULL, 0};
+    value = (CohortValue){.type = COHORT_TYPE_STRING, .count = 1, .data = &none};
+    assert_string_equal(co_values_text(&value), "");
+    value = (CohortValue){.type = COHORT_TYPE_STRING};
+    assert_string_equal(co_values_text(&value), "");
+    const int32_t number = 3;
+    value = (CohortValue){.type = COHORT_TYPE_INT, .count = 1, .data = &number};
+    assert_string_equal(co_values_text(&value), "");
+    co_arena_clear(&pull.arena);
+}
+
+// Doubles beyond floats are infinite, and a copy that finds no memory is none.
+static void test_numbers_at_the_edges(void **state)
+{
+    (void)state;
+    CohortPull pull = {.arena = {.tag = CO_MEMORY_DELEGATE}};
+    const double doubles[] = {1e300, -1e300, (double)NAN, 1e-300};
+    CohortValue value = {.type = COHORT_TYPE_DOUBLE4, .count = 1, .data = doubles};
+    CoFloats out;
+    assert_true(co_values_floats(&value, &pull, &out));
+    assert_true(isinf(out.values[0]) && out.values[0] > 0.0f && out.values[1] < 0.0f);
+    assert_true(isnan(out.values[2]) && out.values[3] == 0.0f);
+    co_arena_clear(&pull.arena);
+    co_memory_fail_after(1);
+    assert_false(co_values_floats(&value, &pull, &out));
+    co_memory_fail_after(0);
+    co_arena_clear(&pull.arena);
+}
+
+static void test_prefixes(void **state)
+{
+    (void)state;
+    assert_true(co_starts_with("primvars:st", "primvars:"));
+    assert_true(co_starts_with("x", ""));
+    assert_false(co_starts_with("prim", "primvars:"));
 }
 
 int main(void)
@@ -125,7 +125,9 @@ int main(void)
         cmocka_unit_test(test_halves),
         cmocka_unit_test(test_other_numbers),
         cmocka_unit_test(test_descriptions),
-        cmocka_unit_test(test_sky_is_bright_above),
+        cmocka_unit_test(test_values_of_nothing),
+        cmocka_unit_test(test_numbers_at_the_edges),
+        cmocka_unit_test(test_prefixes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

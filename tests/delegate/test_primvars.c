@@ -1,0 +1,151 @@
+// Primvars from stage to mesh: which are read, their lengths and indices, and what is inherited.
+
+#include "stage_fixture.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+// The primvar of a mesh by name; NULL: it has none.
+static const FakePrimvar *primvar(const char *path, const char *name)
+{
+    const FakeObject *mesh = fake_mesh(path);
+    assert_non_null(mesh);
+    for (size_t i = 0; i < mesh->primvar_count; i++)
+        if (strcmp(mesh->primvars[i].name, name) == 0)
+            return &mesh->primvars[i];
+    return NULL;
+}
+
+static void test_only_what_is_read_is_taken(void **state)
+{
+    (void)state;
+    open_stage("def Mesh 'M' { $triangle"
+               "  uniform token subdivisionScheme = 'none';"
+               "  normal3f[] normals = [(0,0,1),(0,0,1),(0,0,1)];"
+               "  color3f[] primvars:displayColor = [(1,0,0)];"
+               "  texCoord2f[] primvars:st = [(0,0),(1,0),(0,1)] (interpolation = 'vertex');"
+               "  float2[] primvars:unused = [(0,0)];"
+               "  string primvars:displayOpacity = 'none'"
+               "}");
+    assert_int_equal(fake_mesh("/M")->primvar_count, 3);
+    const FakePrimvar *normals = primvar("/M", "normals");
+    assert_non_null(normals);
+    assert_int_equal(normals->interpolation, COHORT_INTERPOLATION_VERTEX); // the attribute's own
+    assert_int_equal(primvar("/M", "displayColor")->interpolation, COHORT_INTERPOLATION_CONSTANT);
+    assert_int_equal(primvar("/M", "st")->components, 2);
+}
+
+// primvars:normals beats normals; subdivision makes its own.
+static void test_normals(void **state)
+{
+    (void)state;
+    open_stage("def Mesh 'Both' { $triangle uniform token subdivisionScheme = 'none';"
+               "  normal3f[] normals = [(0,0,1),(0,0,1),(0,0,1)];"
+               "  normal3f[] primvars:normals = [(1,0,0)] (interpolation = 'uniform') }"
+               "def Mesh 'Smooth' { $triangle normal3f[] normals = [(0,0,1),(0,0,1),(0,0,1)] }");
+    assert_int_equal(fake_mesh("/Both")->primvar_count, 1);
+    assert_true(primvar("/Both", "normals")->first[0] == 1.0f);
+    assert_int_equal(primvar("/Both", "normals")->interpolation, COHORT_INTERPOLATION_UNIFORM);
+    assert_int_equal(fake_mesh("/Smooth")->primvar_count, 0);
+}
+
+// A triangle has 1 face, 3 points and 3 corners. Too much is cut, too little left out; both named.
+static void test_lengths(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *interpolation;
+        size_t expected;
+    } cases[] = {
+        {"constant", 1}, {"uniform", 1}, {"varying", 3}, {"vertex", 3}, {"faceVarying", 3}};
+    for (size_t i = 0; i < 5; i++)
+        for (size_t count = 0; count < 5; count++) {
+            char body[256], values[64] = "";
+            for (size_t k = 0; k < count; k++)
+                strcat(values, k ? ", (0,0)" : "(0,0)");
+            snprintf(body, sizeof body,
+                     "def Mesh 'M' { $triangle float2[] primvars:st = [%s] (interpolation = '%s') "
+                     "}",
+                     values, cases[i].interpolation);
+            open_stage(body);
+            const FakePrimvar *st = primvar("/M", "st");
+            assert_int_equal(st != NULL, count >= cases[i].expected);
+            if (st)
+                assert_int_equal(st->value_count, cases[i].expected);
+            assert_int_equal(is_reported("/M", "primvars:st"),
+                             count > 0 && count != cases[i].expected);
+            if (i != 4 || count != 4)
+                close_stage(NULL);
+        }
+}
+
+// With indices their number is what must fit; elementSize is not supported, and says so.
+static void test_indices_and_element_size(void **state)
+{
+    (void)state;
+    open_stage("def Mesh 'Fit' { $triangle"
+               "  float2[] primvars:st = [(5,6)] (interpolation = 'faceVarying');"
+               "  int[] primvars:st:indices = [0, 0, 0] }"
+               "def Mesh 'Few' { $triangle"
+               "  float2[] primvars:st = [(0,0),(0,0),(0,0)] (interpolation = 'faceVarying');"
+               "  int[] primvars:st:indices = [0, 0] }"
+               "def Mesh 'Group' { $triangle"
+               "  float2[] primvars:st = [(0,0),(0,0)] (elementSize = 2) }");
+    assert_int_equal(primvar("/Fit", "st")->index_count, 3);
+    assert_int_equal(primvar("/Fit", "st")->value_count, 1);
+    assert_null(primvar("/Few", "st"));
+    assert_true(is_reported("/Few", "primvars:st"));
+    assert_null(primvar("/Group", "st"));
+    assert_true(is_reported("/Group", "primvars:st"));
+}
+
+// Constant ones come down, the nearest first; others stay where they are.
+static void test_inheritance(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'A' {"
+               "  color3f[] primvars:displayColor = [(1,0,0)];"
+               "  float[] primvars:displayOpacity = [0.5] (interpolation = 'constant');"
+               "  float2[] primvars:st = [(0,0),(0,0),(0,0)] (interpolation = 'vertex');"
+               "  def Xform 'B' { color3f[] primvars:displayColor = [(0,1,0)];"
+               "    def Mesh 'Heir' { $triangle }"
+               "    def Mesh 'Own' { $triangle color3f[] primvars:displayColor = [(0,0,1)] }"
+               "  }"
+               "}");
+    assert_int_equal(fake_mesh("/A/B/Heir")->primvar_count, 2);
+    assert_true(primvar("/A/B/Heir", "displayColor")->first[1] == 1.0f);
+    assert_true(primvar("/A/B/Heir", "displayOpacity")->first[0] == 0.5f);
+    assert_true(primvar("/A/B/Own", "displayColor")->first[2] == 1.0f);
+    assert_null(primvar("/A/B/Own", "st"));
+}
+
+// Halves and doubles arrive as floats.
+static void test_precisions(void **state)
+{
+    (void)state;
+    open_stage("def Mesh 'H' { $triangle texCoord2h[] primvars:st = [(0.5,0.25)] }"
+               "def Mesh 'D' { $triangle texCoord2d[] primvars:st = [(0.5,1e300)] }"
+               "def Mesh 'M' { $triangle matrix4d[] primvars:st = [((1,0,0,0),(0,1,0,0),"
+               "(0,0,1,0),(0,0,0,1))] }");
+    assert_true(primvar("/H", "st")->first[1] == 0.25f);
+    assert_true(primvar("/D", "st")->first[0] == 0.5f);
+    assert_null(primvar("/M", "st"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_only_what_is_read_is_taken, close_stage),
+        cmocka_unit_test_teardown(test_normals, close_stage),
+        cmocka_unit_test_teardown(test_lengths, close_stage),
+        cmocka_unit_test_teardown(test_indices_and_element_size, close_stage),
+        cmocka_unit_test_teardown(test_inheritance, close_stage),
+        cmocka_unit_test_teardown(test_precisions, close_stage),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

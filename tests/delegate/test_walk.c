@@ -1,0 +1,217 @@
+// The walk over a stage: what is drawn, which places share a prototype, and what is named instead.
+
+#include "stage_fixture.h"
+
+#include "base/memory.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+// ---- Purpose -----------------------------------------------------------------------------------
+
+// The nearest authored purpose counts, and by default those of a final frame are drawn.
+static void test_purposes(void **state)
+{
+    (void)state;
+    static const char body[] = "def Xform 'P' { uniform token purpose = 'proxy';"
+                               "  def Mesh 'M' { $triangle }"
+                               "  def Mesh 'R' { $triangle uniform token purpose = 'render' }"
+                               "}"
+                               "def Mesh 'G' { $triangle uniform token purpose = 'guide' }"
+                               "def Mesh 'D' { $triangle }";
+    open_stage(body);
+    assert_null(fake_mesh("/P/M"));
+    assert_non_null(fake_mesh("/P/R"));
+    assert_null(fake_mesh("/G"));
+    assert_non_null(fake_mesh("/D"));
+    close_stage(NULL);
+    CohortAdapterOptions options = {.purposes = COHORT_PURPOSE_PROXY};
+    open_stage_with(body, &options);
+    assert_non_null(fake_mesh("/P/M"));
+    assert_null(fake_mesh("/P/R"));
+    assert_null(fake_mesh("/D"));
+}
+
+// ---- Native instances --------------------------------------------------------------------------
+
+// Three placements of a prototype with two parts, one of them invisible.
+static void test_native_instances_share(void **state)
+{
+    (void)state;
+    open_stage("class Xform 'P' { def Mesh 'A' { $triangle } def Mesh 'B' { $triangle } }"
+               "def Xform 'I1' (instanceable = true; inherits = </P>) {}"
+               "def Xform 'I2' (instanceable = true; inherits = </P>) { $at(3,0,0) }"
+               "def Xform 'I3' (instanceable = true; inherits = </P>) {"
+               "  token visibility.timeSamples = { 1: 'invisible' } }");
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(fake.set_mesh_calls, 2);
+    assert_int_equal(root->instance_count, 3);
+    assert_int_equal(root->instances[0].object, root->instances[1].object);
+    assert_int_equal(fake.objects[root->instances[0].object].instance_count, 2);
+    assert_true(is_at(&root->instances[1], 3, 0, 0));
+    assert_true(root->instances[2].hidden);
+    assert_int_equal(fake.objects[root->instances[0].object].instances[1].prim_id, 1);
+}
+
+// What instances inherit differently cannot be shared; a displayColor travels with the placement.
+static void test_native_instances_inherit(void **state)
+{
+    (void)state;
+    open_stage("class Xform 'P' { def Mesh 'A' { $triangle } }"
+               "def Material 'M' {}"
+               "def Xform 'I1' (instanceable = true; inherits = </P>) {"
+               "  color3f[] primvars:displayColor = [(1,0,0)] }"
+               "def Xform 'I2' (instanceable = true; inherits = </P>) {"
+               "  color3f[] primvars:displayColor = [(0,1,0)] }"
+               "def Xform 'Bound' (prepend apiSchemas = ['MaterialBindingAPI']) {"
+               "  rel material:binding = </M>;"
+               "  def Xform 'I3' (instanceable = true; inherits = </P>) {"
+               "    color3f[] primvars:displayColor = [(0,0,1)] }"
+               "}");
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(fake.set_mesh_calls, 2);
+    assert_int_equal(root->instance_count, 3);
+    int shared = 0;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < i; k++)
+            shared += root->instances[i].object == root->instances[k].object;
+    assert_int_equal(shared, 1);
+    assert_true(root->colors[0][2] == 1.0f); // /Bound/I3 is the first by path
+    assert_true(root->colors[1][0] == 1.0f);
+    assert_true(root->colors[2][1] == 1.0f);
+}
+
+static void test_nested_native_instances(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'Lib' { token visibility = 'invisible';"
+               "  def Xform 'Leaf' { def Mesh 'A' { $triangle } }"
+               "  def Xform 'Tree' {"
+               "    def Xform 'L1' (instanceable = true; references = </Lib/Leaf>) { $at(1,0,0) }"
+               "    def Xform 'L2' (instanceable = true; references = </Lib/Leaf>) {}"
+               "  }"
+               "}"
+               "def Xform 'T1' (instanceable = true; references = </Lib/Tree>) {}"
+               "def Xform 'T2' (instanceable = true; references = </Lib/Tree>) {}");
+    assert_int_equal(fake.set_mesh_calls, 1);
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(root->instance_count, 2);
+    const FakeObject *tree = &fake.objects[root->instances[1].object];
+    assert_int_equal(tree->instance_count, 2);
+    assert_true(is_at(&tree->instances[0], 1, 0, 0));
+    assert_int_equal(tree->instances[0].object, tree->instances[1].object);
+}
+
+// ---- What is not drawn -------------------------------------------------------------------------
+
+static void test_unsupported_prims_are_named(void **state)
+{
+    (void)state;
+    open_stage("def BasisCurves 'B' {} def Points 'P' {} def CylinderLight 'C' {}"
+               "def Xform 'Hidden' { token visibility = 'invisible'; def Points 'P' {} }"
+               "def Mesh 'L' (prepend apiSchemas = ['MeshLightAPI', 'SkelBindingAPI']) {"
+               "  $triangle }"
+               "def Material 'M' { def Mesh 'Inside' { $triangle } }");
+    assert_true(is_reported("/B", "BasisCurves"));
+    assert_true(is_reported("/P", "Points"));
+    assert_true(is_reported("/C", "CylinderLight"));
+    assert_false(is_reported("/Hidden/P", "Points"));
+    assert_true(is_reported("/L", "MeshLightAPI"));
+    assert_true(is_reported("/L", "SkelBindingAPI"));
+    assert_int_equal(fake.set_mesh_calls, 1);
+}
+
+// Whatever else shows the same prototype, and wherever it is met first.
+static void test_lights_of_point_instancers_are_named(void **state)
+{
+    (void)state;
+    open_stage("class Xform 'P' { def SphereLight 'L' {} }"
+               "class Xform 'Q' { def PointInstancer 'PI' {"
+               "  rel prototypes = [</Q/PI/Lamp>]; int[] protoIndices = [0];"
+               "  point3f[] positions = [(1,0,0)];"
+               "  def Xform 'Lamp' { def DiskLight 'D' {} } } }"
+               "def Xform 'A' (instanceable = true; inherits = </P>) {}"
+               "def Xform 'B' (instanceable = true; inherits = </Q>) {}"
+               "def PointInstancer 'C' { rel prototypes = [</C/Shared>, </C/Own>];"
+               "  int[] protoIndices = [0, 1]; point3f[] positions = [(1,0,0), (2,0,0)];"
+               "  def Xform 'Shared' (instanceable = true; inherits = </P>) {}"
+               "  def Xform 'Own' { def RectLight 'R' {} } }");
+    assert_int_equal(fake.light_count, 1); // of A
+    assert_true(is_reported("/C/Shared", "instance"));
+    assert_true(is_reported("/C/Own/R", "RectLight"));
+    assert_true(is_reported("/B/PI/Lamp/D", "DiskLight"));
+}
+
+// A chain of 40 instancers, each the prototype of the one around it, ends with a word.
+static void test_nesting_ends(void **state)
+{
+    (void)state;
+    char body[8192], path[256] = "";
+    size_t used = 0;
+    for (int i = 0; i < 40; i++) {
+        strcat(path, "/I");
+        used += (size_t)snprintf(body + used, sizeof body - used,
+                                 "def PointInstancer 'I' { rel prototypes = [<%s/I>];"
+                                 "int[] protoIndices = [0]; point3f[] positions = [(0,0,0)];",
+                                 path);
+    }
+    used += (size_t)snprintf(body + used, sizeof body - used, "def Mesh 'I' { $triangle }");
+    for (int i = 0; i < 40; i++)
+        body[used++] = '}';
+    body[used] = '\0';
+    open_stage(body);
+    path[2 * 33] = '\0';
+    assert_true(is_reported(path, "instancing"));
+    assert_int_equal(fake.set_mesh_calls, 0);
+}
+
+// ---- Memory ------------------------------------------------------------------------------------
+
+static void test_allocation_failures(void **state)
+{
+    (void)state;
+    static const char body[] = "class Xform 'P' { def Mesh 'A' { $triangle } }"
+                               "def Xform 'I' (instanceable = true; inherits = </P>) {}"
+                               "def SphereLight 'L' {} def Camera 'C' {}"
+                               "def PointInstancer 'PI' { rel prototypes = [</PI/T>];"
+                               "  int[] protoIndices = [0]; point3f[] positions = [(0,0,0)];"
+                               "  def Mesh 'T' { $triangle } }";
+    open_stage(body);
+    cohort_adapter_destroy(stage.adapter);
+    stage.adapter = NULL;
+    CohortError err = {0};
+    bool has_ended = false;
+    uint64_t n;
+    for (n = 1; n < 1000 && !has_ended; n++) {
+        CohortAdapter *adapter = cohort_adapter_open(stage.delegate, stage.path, NULL, NULL);
+        assert_non_null(adapter);
+        err = (CohortError){0};
+        co_memory_fail_after(n);
+        has_ended = cohort_adapter_populate(adapter, &err);
+        co_memory_fail_after(0);
+        if (!has_ended)
+            assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+        cohort_adapter_destroy(adapter);
+    }
+    assert_true(has_ended && n > 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_purposes, close_stage),
+        cmocka_unit_test_teardown(test_native_instances_share, close_stage),
+        cmocka_unit_test_teardown(test_native_instances_inherit, close_stage),
+        cmocka_unit_test_teardown(test_nested_native_instances, close_stage),
+        cmocka_unit_test_teardown(test_unsupported_prims_are_named, close_stage),
+        cmocka_unit_test_teardown(test_lights_of_point_instancers_are_named, close_stage),
+        cmocka_unit_test_teardown(test_nesting_ends, close_stage),
+        cmocka_unit_test_teardown(test_allocation_failures, close_stage),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
