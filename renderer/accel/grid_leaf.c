@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-// Of a tile of 16 blocks.
-#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 6 * CO_TILE_BLOCKS + 8)
+// Of a full tile.
+#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 6 * CO_TILE_BLOCKS)
 _Static_assert(LEAF_BYTES_MAX % CO_LEAF_UNIT == 0, "leaves are whole units");
 
 // What a tree of patches is built over: patches, above level 3 tiles of them.
@@ -31,17 +31,17 @@ static void extend_by_point(const CoMesh *mesh, uint32_t point, CoBox *box)
     co_box_extend(box, p, p);
 }
 
-// The box of squares [i, i + size] x [j, j + size] of the tile's patch.
+// The box of squares [i, i + wide] x [j, j + high] of the tile's patch.
 static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint32_t j,
-                         uint32_t size)
+                         uint32_t wide, uint32_t high)
 {
     const CoPatchTable *table = mesh->patches;
     const uint32_t *words = co_patch_words(table, tile->patch);
     uint32_t m = 1u << tile->shift;
     CoBox box;
     co_box_empty(&box);
-    for (uint32_t row = j; row <= j + size; row++) {
-        for (uint32_t k = table->is_triangular && row > i ? row : i; k <= i + size; k++) {
+    for (uint32_t row = j; row <= j + high; row++) {
+        for (uint32_t k = table->is_triangular && row > i ? row : i; k <= i + wide; k++) {
             uint32_t a = k, b = row;
             co_patch_settle(table, words, m, &a, &b);
             extend_by_point(mesh, co_patch_point(table, words, m, a, b), &box);
@@ -55,7 +55,7 @@ static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
     const uint32_t *words = co_patch_words(mesh->patches, tile->patch);
     if (mesh->patches->level > 0) {
         uint32_t m = 1u << tile->shift, size = m < CO_TILE_SQUARES ? m : CO_TILE_SQUARES;
-        return squares_box(mesh, tile, tile->i, tile->j, size);
+        return squares_box(mesh, tile, tile->i, tile->j, size, size);
     }
     CoBox box;
     co_box_empty(&box);
@@ -105,16 +105,16 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
     return (uint8_t)byte;
 }
 
-// Half the log2 of the number of blocks of a tile.
-static uint32_t tile_side(const Tile *tile)
+static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
 {
-    return tile->shift > CO_PATCH_TILE_SHIFT ? 2 : tile->shift > 0 ? tile->shift - 1 : 0;
+    if (tile->shift < CO_PATCH_TILE_SHIFT)
+        return tile->shift == CO_GRID_NARROW && !table->is_triangular ? 4 : 1;
+    return table->is_triangular && tile->i == tile->j ? 6 : 8;
 }
 
-static size_t tile_size(const Tile *tile)
+static size_t tile_size(uint32_t blocks)
 {
-    uint32_t side = tile_side(tile);
-    size_t bytes = sizeof(CoGridLeaf) + (side ? 6u << 2 * side : 0u);
+    size_t bytes = sizeof(CoGridLeaf) + (blocks > 1 ? 6 * blocks : 0);
     return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
 }
 
@@ -122,16 +122,18 @@ static void write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
 {
     CoBox box = tile_box(mesh, tile);
     CoGridLeaf leaf = {.patch = tile->patch, .i = (uint16_t)tile->i, .j = (uint16_t)tile->j};
-    uint32_t side = tile_side(tile), blocks = 1u << 2 * side;
-    leaf.side = (uint8_t)side;
+    uint32_t blocks = block_count(mesh->patches, tile);
+    leaf.blocks = (uint8_t)blocks;
     for (int k = 0; k < 3; k++) {
         leaf.origin[k] = box.lo[k];
         leaf.exponent[k] = find_exponent(box.lo[k], box.hi[k]);
     }
     memcpy(out, &leaf, sizeof leaf);
-    for (uint32_t b = 0; side && b < blocks; b++) {
-        uint32_t i = tile->i + 2 * (b & ((1u << side) - 1u)), j = tile->j + 2 * (b >> side);
-        CoBox block = squares_box(mesh, tile, i, j, 2);
+    for (uint32_t b = 0; blocks > 1 && b < blocks; b++) {
+        uint32_t at[2];
+        co_grid_block_at(blocks, b, at);
+        CoBox block =
+            squares_box(mesh, tile, tile->i + at[0], tile->j + at[1], blocks == 4 ? 2 : 4, 2);
         unsigned char *planes = out + sizeof leaf + b;
         for (uint32_t k = 0; k < 3; k++) {
             float step = co_grid_step(leaf.exponent[k]);
@@ -153,7 +155,7 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 {
     const CoMesh *mesh = context;
     *bytes = 0;
-    if (mesh->patches->level == 1)
+    if (co_grid_is_block(mesh->patches))
         return CO_REF_LEAF | prims[0].id;
     if (mesh->patches->level == 0) {
         *bytes = sizeof(uint32_t) * CO_LIST_PATCHES;
@@ -161,7 +163,7 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
             memcpy(out + 4 * k, &prims[k < count ? k : 0].id, 4);
     } else {
         Tile tile = find_tile(mesh->patches, prims[0].id);
-        *bytes = tile_size(&tile);
+        *bytes = tile_size(block_count(mesh->patches, &tile));
         write_tile(mesh, &tile, out);
     }
     return CO_REF_LEAF;
@@ -179,7 +181,7 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
 {
     const CoPatchTable *table = mesh->patches;
     unsigned char *leaf = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
-    if (table->level == 1)
+    if (co_grid_is_block(table))
         return co_grid_box(mesh, ref & ~CO_REF_LEAF);
     if (table->level == 0) {
         CoBox all;
@@ -203,7 +205,7 @@ void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
 {
     bvh->patches = mesh->patches;
     bvh->points = mesh->points;
-    if (mesh->patches->level == 1) {
+    if (co_grid_is_block(mesh->patches)) {
         bvh->leaf_at = (const void *)mesh->patches->words;
         bvh->leaf_stride = mesh->patches->stride * sizeof *mesh->patches->words;
     }

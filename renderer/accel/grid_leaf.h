@@ -1,13 +1,16 @@
 // Leaves over the patches of a subdivided mesh: no copy of points or triangles, only boxes.
 //
-// Triangles are tested by blocks of 2 x 2 squares: 9 points, 8 triangles. What a leaf is depends on
-// the level of the mesh:
+// Triangles are tested by blocks of 4 x 2 squares: 15 points, 16 triangles; those of patches with
+// up to 4 squares a side by blocks of 2 x 2, of which rays enter fewer triangles. A triangular
+// patch of 4 squares a side is a block too. What a leaf is depends on the level of the mesh:
 //   0    up to 4 patches (quads, single triangles): their numbers, the first again where there are
 //        fewer
-//   1    one patch, which is one block; the reference is its number, there is nothing else
-//   2..  a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4 or 16 blocks
-// Of triangular patches, tiles and blocks on the diagonal are halves, and those beyond it empty.
-// Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none of this.
+//   where all patches are one block: that; the reference is the patch's number, there is nothing
+//   else else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4, 6 or 8
+//   blocks
+// Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
+// there are 6. Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none
+// of this.
 
 #ifndef CO_ACCEL_GRID_LEAF_H
 #define CO_ACCEL_GRID_LEAF_H
@@ -16,9 +19,10 @@
 
 enum {
     CO_LIST_PATCHES = 4,
-    CO_TILE_SQUARES = 8, // a side
-    CO_TILE_BLOCKS = 16,
-    CO_GRID_TRIS = 8 // of a block
+    CO_GRID_LIST_TRIS = 8, // of a list
+    CO_TILE_SQUARES = 8,   // a side
+    CO_GRID_NARROW = 2,    // log2 of the squares a side up to which blocks are 2 x 2
+    CO_TILE_BLOCKS = 8
 };
 
 typedef struct CoGridLeaf {
@@ -26,9 +30,29 @@ typedef struct CoGridLeaf {
     uint16_t i, j;       // first square
     float origin[3];     // a plane is origin + byte * step, in float
     uint8_t exponent[3]; // of the steps, powers of two, as a float has it
-    uint8_t side;        // log2 of the blocks a side
-} CoGridLeaf; // then planes: bytes [6][blocks], rows as in CoWideNode, blocks row by row
+    uint8_t blocks;
+} CoGridLeaf; // then, of more than one, planes: bytes [6][blocks], rows as in CoWideNode
 _Static_assert(sizeof(CoGridLeaf) == 24, "followed by its planes");
+
+// Where block `place` of a tile of so many begins, in squares: row by row, two a row; of 6 the
+// third and fourth row have the second only.
+static inline void co_grid_block_at(uint32_t blocks, uint32_t place, uint32_t at[2])
+{
+    bool is_whole = blocks != 6 || place < 4;
+    at[0] = (blocks == 4 ? 2 : 4) * (is_whole ? place & 1u : 1);
+    at[1] = 2 * (is_whole ? place >> 1 : place - 2);
+}
+
+// Whether all patches are one block.
+static inline bool co_grid_is_block(const CoPatchTable *table)
+{
+    return table->level == 1 || (table->level == 2 && table->is_triangular);
+}
+
+static inline bool co_grid_has_tiles(const CoPatchTable *table)
+{
+    return table->level > 0 && !co_grid_is_block(table);
+}
 
 // 2^(exponent - 127).
 static inline float co_grid_step(uint8_t exponent)

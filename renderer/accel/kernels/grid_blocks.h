@@ -10,28 +10,29 @@
 #include <stddef.h>
 #include <string.h>
 
-// 8 triangles over points that are gathered. From `first` on it stands as in a leaf, each triangle
-// a run of its own.
+// Up to 16 triangles over points that are gathered. From `first` on it stands as in a leaf.
 typedef struct GridBlock {
     uint32_t index[CO_LEAF_WIDTH]; // of the points in the mesh
-    uint8_t corner[20];            // see CoTriLeaf; the last 8 are not looked at
+    uint8_t corner[3 * 8 + 8];     // see CoTriLeaf; the last 8 are not looked at
     uint32_t first;                // number of the first triangle
     float points[3][CO_LEAF_WIDTH];
     uint16_t starts, unused;
-    uint32_t skipped[CO_GRID_TRIS - 1];
-    uint32_t valid; // one bit per triangle that is one
+    uint32_t skipped[CO_GRID_LIST_TRIS - 1];
+    uint32_t count, valid; // triangles, and one bit per triangle that is one
 } GridBlock;
 _Static_assert(offsetof(GridBlock, points) == offsetof(GridBlock, first) + 4 &&
                    offsetof(GridBlock, starts) == offsetof(GridBlock, first) + 4 + 192,
                "as co_leaf_tri finds them");
 
-// Triangle k is tri[k & 3], in the second half row on.
-static inline void number_block(GridBlock *block, const uint32_t tri[4], uint32_t row)
+// Two rows of triangles that are numbered one after the other, from `low` and from `high` on. Where
+// triangle 0 is none its number may be below 0.
+static inline void number_rows(GridBlock *block, uint32_t low, uint32_t high)
 {
-    block->first = tri[0];
-    block->starts = 0xffu;
-    for (uint32_t k = 1; k < CO_GRID_TRIS; k++)
-        block->skipped[k - 1] = tri[k & 3u] + (k >> 2) * row - tri[0] - k;
+    const uint32_t half = block->count / 2;
+    block->first = low == UINT32_MAX ? 0 : low;
+    block->starts = (uint16_t)(3u | 1u << half);
+    block->skipped[0] = low - block->first;
+    block->skipped[1] = high - half - block->first;
 }
 
 static inline CoTriLeaf gather_block(GridBlock *block, const float *mesh_points)
@@ -42,119 +43,193 @@ static inline CoTriLeaf gather_block(GridBlock *block, const float *mesh_points)
         for (int k = 0; k < 3; k++)
             co_lane_store(block->points[k] + i, p[k]);
     }
-    return (CoTriLeaf){CO_GRID_TRIS,
+    return (CoTriLeaf){block->count,
                        CO_LEAF_WIDTH,
-                       CO_GRID_TRIS / 2,
+                       block->count / 2,
                        block->corner,
                        {block->points[0], block->points[1], block->points[2]}};
 }
 
 // Offers what the ray pierces of the block's triangles.
-static inline bool trace_block(Group *group, Ray *ray, const CoTriLeaf *leaf, uint32_t valid,
-                               uint32_t path)
+static inline bool trace_block(Group *group, Ray *ray, const Shear *shear, const CoTriLeaf *leaf,
+                               uint32_t valid, uint32_t path)
 {
     LeafHits hits;
-    Shear shear;
-    shear_load(ray, &shear);
     group->stats->triangles += (uint64_t)__builtin_popcount(valid);
-    shear_points(leaf, &shear, &hits);
-    uint32_t pierced = pierce_triangles(leaf, CO_GRID_TRIS, &hits) & valid;
-    return pierced && offer_pierced(group, ray, leaf, &shear, pierced, path, &hits);
+    shear_points(leaf, shear, &hits);
+    uint32_t pierced = pierce_triangles(leaf, leaf->count, &hits) & valid;
+    return pierced && offer_pierced(group, ray, leaf, shear, pierced, path, &hits);
 }
 
-// Points of the 3 x 3 around square (i, j) of a patch with m squares a side, m >= 2: all as if they
-// were inside, then those on edges and corners put right.
-static inline void block_indices(const uint32_t *words, uint32_t m, uint32_t i, uint32_t j,
-                                 uint32_t out[9])
+// Points of an edge from its t-th on, `step` apart.
+static inline __attribute__((always_inline)) void
+edge_indices(uint32_t word, uint32_t t, const uint32_t count, const uint32_t step, uint32_t *out)
 {
+    const uint32_t on = 1u - 2u * (word >> 31), first = (word & ~CO_PATCH_FLAG) + on * t;
+    for (uint32_t k = 0; k < count; k++)
+        out[k * step] = first + k * on;
+}
+
+// Points of the `wide` x 2 squares from (i, j) on of a patch with m squares a side, m >= wide: all
+// as if they were inside, then those on edges and corners put right.
+static inline __attribute__((always_inline)) void block_indices(const uint32_t *words, uint32_t m,
+                                                                uint32_t i, uint32_t j,
+                                                                const uint32_t wide, uint32_t *out)
+{
+    const uint32_t row = wide + 1;
     uint32_t inner = (words[CO_PATCH_INNER] & ~CO_PATCH_FLAG) + (j - 1) * (m - 1) + i - 1;
     for (uint32_t r = 0; r < 3; r++)
-        for (uint32_t c = 0; c < 3; c++)
-            out[3 * r + c] = inner + r * (m - 1) + c;
-    bool is_left = i == 0, is_right = i + 2 == m, is_low = j == 0, is_high = j + 2 == m;
-    for (uint32_t k = 0; k < 3; k++) {
-        if (is_low)
-            out[k] = co_patch_edge_point(words, 0, i + k);
-        if (is_high)
-            out[6 + k] = co_patch_edge_point(words, 2, i + k);
-    }
-    for (uint32_t k = 0; k < 3; k++) {
-        if (is_left)
-            out[3 * k] = co_patch_edge_point(words, 3, j + k);
-        if (is_right)
-            out[3 * k + 2] = co_patch_edge_point(words, 1, j + k);
-    }
+        for (uint32_t c = 0; c < row; c++)
+            out[row * r + c] = inner + r * (m - 1) + c;
+    bool is_left = i == 0, is_right = i + wide == m, is_low = j == 0, is_high = j + 2 == m;
+    if (is_low)
+        edge_indices(words[CO_PATCH_EDGE], i, row, 1, out);
+    if (is_high)
+        edge_indices(words[CO_PATCH_EDGE + 2], i, row, 1, out + 2 * row);
+    if (is_left)
+        edge_indices(words[CO_PATCH_EDGE + 3], j, 3, row, out);
+    if (is_right)
+        edge_indices(words[CO_PATCH_EDGE + 1], j, 3, row, out + wide);
     if (is_low && is_left)
         out[0] = words[0];
     if (is_low && is_right)
-        out[2] = words[1];
+        out[wide] = words[1];
     if (is_high && is_right)
-        out[8] = words[2];
+        out[2 * row + wide] = words[2];
     if (is_high && is_left)
-        out[6] = words[3];
+        out[2 * row] = words[3];
 }
 
 // The same of any table. Beyond the diagonal of a triangular patch are points too, of triangles
 // that are not valid.
 static inline void any_block_indices(const CoPatchTable *table, const uint32_t *words, uint32_t m,
-                                     uint32_t i, uint32_t j, uint32_t out[9])
+                                     const uint32_t at[2], uint32_t wide, uint32_t *out)
 {
-    bool is_inside = j > 0 && i + 2 < m && (table->is_triangular ? i > j + 2 : i > 0 && j + 2 < m);
+    const uint32_t i = at[0], j = at[1];
+    bool is_inside =
+        j > 0 && i + wide < m && (table->is_triangular ? i > j + 2 : i > 0 && j + 2 < m);
     for (uint32_t r = 0; r < 3; r++) {
         uint32_t row = is_inside ? co_patch_inner_row(table, words, m, j + r) : 0;
-        for (uint32_t c = 0; c < 3; c++) {
+        for (uint32_t c = 0; c <= wide; c++) {
             uint32_t a = i + c, b = j + r;
             if (is_inside) {
-                out[3 * r + c] = row + a;
+                *out++ = row + a;
                 continue;
             }
             b = table->is_triangular && b > a ? a : b;
             co_patch_settle(table, words, m, &a, &b);
-            out[3 * r + c] = co_patch_point(table, words, m, a, b);
+            *out++ = co_patch_point(table, words, m, a, b);
         }
     }
 }
 
-// Numbers and validity of the block's triangles, in a triangular patch: second triangles of squares
-// precede their first.
+// Of a row of squares of a triangular patch, of which the first is so many right of the diagonal,
+// the triangles that are there: second triangles precede their first.
+static inline uint32_t valid_row(int32_t right, uint32_t count)
+{
+    uint32_t all = (1u << count) - 1u;
+    return right > 0 ? all : all & ~0u << (1 - 2 * right);
+}
+
 static inline void number_triangular(GridBlock *block, uint32_t first, uint32_t m,
                                      const uint32_t at[2])
 {
-    uint32_t at_first = first + co_patch_row(m, at[1]) + 2 * (at[0] - at[1]);
-    const uint32_t tri[4] = {at_first, at_first - 1, at_first + 2, at_first + 1};
-    number_block(block, tri, 2 * (m - at[1]) - 3);
-    block->valid = at[0] < at[1] ? 0 : at[0] > at[1] ? 0xffu : m > 1 ? 0x4du : 0x01u;
+    const int32_t right = (int32_t)at[0] - (int32_t)at[1];
+    const uint32_t half = block->count / 2, before = 2 * (uint32_t)right - 1;
+    number_rows(block, first + co_patch_row(m, at[1]) + before,
+                first + co_patch_row(m, at[1] + 1) + before - 2);
+    block->valid = valid_row(right, half);
+    block->valid |= m > 1 ? valid_row(right - 1, half) << half : 0;
+    if (m == 1)
+        block->valid = 2u;
 }
 
-// The 2 x 2 squares from (i, j) on of a patch; of a patch that is one square, that.
+// Corners of the triangles of 2 x 2 squares, whose points are 3 a row, and of 4 x 2, 5 a row.
+static inline void set_corners(GridBlock *block, bool is_triangular)
+{
+    const uint8_t narrow[12] = {0x00, 0x11, 0x33, 0x44, 0x41, 0x52,
+                                0x74, 0x85, 0x34, 0x45, 0x67, 0x78};
+    const uint8_t broad[24] = {0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88,
+                               0x61, 0x72, 0x83, 0x94, 0xb6, 0xc7, 0xd8, 0xe9,
+                               0x56, 0x67, 0x78, 0x89, 0xab, 0xbc, 0xcd, 0xde};
+    const uint32_t half = block->count / 2;
+    if (block->count == 8)
+        memcpy(block->corner, narrow, sizeof narrow);
+    else
+        memcpy(block->corner, broad, sizeof broad);
+    for (uint32_t i = half; is_triangular && i < 3 * half; i++) // the second comes first
+        block->corner[i] = (uint8_t)(block->corner[i] << 4 | block->corner[i] >> 4);
+}
+
+// All of a triangular patch with 4 squares a side: 15 points, row by row, and 16 triangles.
+static inline CoTriLeaf open_triangle(const CoBvh *bvh, const uint32_t *words, uint32_t first,
+                                      GridBlock *block)
+{
+    const CoPatchTable *table = bvh->patches;
+    const uint8_t corner[24] = {0x10, 0x21, 0x32, 0x53, 0x66, 0x77, 0xa9, 0xca,
+                                0x61, 0x72, 0x83, 0x64, 0x7a, 0x8b, 0xda, 0xdb,
+                                0x55, 0x66, 0x77, 0x98, 0xa9, 0xba, 0xcc, 0xed};
+    uint32_t *out = block->index;
+    memcpy(block->corner, corner, sizeof corner);
+    for (uint32_t j = 0; j <= 4; j++) {
+        for (uint32_t i = j; i <= 4; i++) {
+            uint32_t a = i, b = j;
+            co_patch_settle(table, words, 4, &a, &b);
+            *out++ = co_patch_point(table, words, 4, a, b);
+        }
+    }
+    *out = words[0];
+    block->count = 16;
+    block->valid = 0xffffu;
+    block->first = first;
+    block->starts = 1;
+    return gather_block(block, bvh->points);
+}
+
+// The 4 x 2 squares from (i, j) on of a patch; 2 x 2 of one with 4 a side, or the one that it is;
+// all of a triangular one with 4 a side.
 static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uint32_t at[2],
                                      GridBlock *block)
 {
     const CoPatchTable *table = bvh->patches;
     const uint32_t *words = co_patch_words(table, patch), first = words[0];
     uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
-    uint32_t at_first = first_tri + (at[1] << (shift + 1)) + 2 * at[0];
-    const uint32_t tri[4] = {at_first, at_first + 1, at_first + 2, at_first + 3};
-    for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
+    uint32_t m = 1u << shift, wide = shift > CO_GRID_NARROW ? 4 : 2;
+    if (table->is_triangular && shift == 2)
+        return open_triangle(bvh, words, first_tri, block);
+    block->count = 4 * wide;
+    for (uint32_t k = shift == 0 ? 0 : wide == 4 ? 15 : 9; k < CO_LEAF_WIDTH; k++)
         block->index[k] = first;
     if (shift && (table->is_triangular || table->is_mixed)) {
-        any_block_indices(table, words, 1u << shift, at[0], at[1], block->index);
+        any_block_indices(table, words, m, at, wide, block->index);
+    } else if (wide == 4) {
+        block_indices(words, m, at[0], at[1], 4, block->index);
     } else if (shift) {
-        block_indices(words, 1u << shift, at[0], at[1], block->index);
+        block_indices(words, m, at[0], at[1], 2, block->index);
     } else {
         block->index[1] = words[1];
         block->index[3] = words[table->is_triangular ? 0 : 3];
         block->index[4] = words[2];
     }
-    const uint8_t corner[20] = {0x00, 0x11, 0x33, 0x44, 0x41, 0x52,
-                                0x74, 0x85, 0x34, 0x45, 0x67, 0x78};
-    memcpy(block->corner, corner, sizeof corner);
-    block->valid = shift ? 0xffu : 0x03u;
-    if (table->is_triangular)
-        number_triangular(block, first_tri, 1u << shift, at);
-    else
-        number_block(block, tri, 2u << shift);
+    set_corners(block, table->is_triangular);
+    if (table->is_triangular) {
+        number_triangular(block, first_tri, m, at);
+    } else {
+        uint32_t low = first_tri + (at[1] << (shift + 1)) + 2 * at[0];
+        number_rows(block, low, low + 2 * m);
+        block->valid = shift ? (1u << block->count) - 1u : 3u;
+    }
     return gather_block(block, bvh->points);
+}
+
+// Each a run of its own: patch k's first triangle, in the second half its second.
+static inline void number_list(GridBlock *block, const uint32_t tri[CO_LIST_PATCHES])
+{
+    block->count = CO_GRID_LIST_TRIS;
+    block->first = tri[0];
+    block->starts = 0xffu;
+    for (uint32_t k = 1; k < CO_GRID_LIST_TRIS; k++)
+        block->skipped[k - 1] = tri[k & 3u] + (k >> 2) - tri[0] - k;
 }
 
 // Patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first triangles of
@@ -164,7 +239,7 @@ static inline CoTriLeaf open_list(const CoBvh *bvh, uint32_t ref, GridBlock *blo
     const void *at = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
     const uint32_t *list = at;
     uint32_t tri[CO_LIST_PATCHES];
-    const uint8_t corner[20] = {0x10, 0x32, 0x10, 0x32, 0x54, 0x76,
+    const uint8_t corner[12] = {0x10, 0x32, 0x10, 0x32, 0x54, 0x76,
                                 0x98, 0xba, 0x98, 0xba, 0xdc, 0xfe};
     memcpy(block->corner, corner, sizeof corner);
     block->valid = 0;
@@ -180,7 +255,7 @@ static inline CoTriLeaf open_list(const CoBvh *bvh, uint32_t ref, GridBlock *blo
         bool is_there = q == 0 || list[q] != list[0];
         block->valid |= ((uint32_t)is_there | (uint32_t)(is_there && !is_fan) << 4) << q;
     }
-    number_block(block, tri, 1);
+    number_list(block, tri);
     return gather_block(block, bvh->points);
 }
 
@@ -218,11 +293,13 @@ static inline const CoGridLeaf *open_tile(const CoBvh *bvh, uint32_t ref)
 }
 
 // Block `place` of a tile.
-static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile, uint32_t side,
-                                        uint32_t place, GridBlock *block)
+static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile, uint32_t place,
+                                        GridBlock *block)
 {
-    const uint32_t at[2] = {tile->i + 2 * (place & ((1u << side) - 1u)),
-                            tile->j + 2 * (place >> side)};
+    uint32_t at[2];
+    co_grid_block_at(tile->blocks, place, at);
+    at[0] += tile->i;
+    at[1] += tile->j;
     return open_squares(bvh, tile->patch, at, block);
 }
 
@@ -236,16 +313,16 @@ static inline uint32_t nearest_block(uint32_t bits, const float entry[CO_TILE_BL
     return nearest;
 }
 
-static inline bool trace_tile(Group *group, Ray *ray, const CoBvh *bvh, uint32_t ref, uint32_t path)
+static inline bool trace_tile(Group *group, Ray *ray, const Shear *shear, const CoBvh *bvh,
+                              uint32_t ref, uint32_t path)
 {
     const CoGridLeaf *tile = open_tile(bvh, ref);
     float entry[CO_TILE_BLOCKS];
     GridBlock block;
-    uint32_t side = tile->side;
     uint32_t bits = 1;
     entry[0] = ray->from;
-    if (side) {
-        bits = slab_tile(tile, 1u << 2 * side, ray, entry);
+    if (tile->blocks > 1) {
+        bits = slab_tile(tile, tile->blocks, ray, entry);
         group->stats->bottom_nodes++;
     }
     while (bits) {
@@ -253,8 +330,8 @@ static inline bool trace_tile(Group *group, Ray *ray, const CoBvh *bvh, uint32_t
         bits &= ~(1u << nearest);
         if (!(entry[nearest] <= ray->to))
             return false;
-        const CoTriLeaf leaf = open_tile_block(bvh, tile, side, nearest, &block);
-        if (trace_block(group, ray, &leaf, block.valid, path))
+        const CoTriLeaf leaf = open_tile_block(bvh, tile, nearest, &block);
+        if (trace_block(group, ray, shear, &leaf, block.valid, path))
             return true;
     }
     return false;
@@ -264,7 +341,7 @@ static inline bool trace_tile(Group *group, Ray *ray, const CoBvh *bvh, uint32_t
 static inline CoTriLeaf open_block(const CoBvh *bvh, uint32_t ref, GridBlock *block)
 {
     const uint32_t origin[2] = {0, 0};
-    if (bvh->patches->level == 1)
+    if (bvh->patches->level > 0)
         return open_squares(bvh, ref & CO_REF_LEAF_PLACE, origin, block);
     return open_list(bvh, ref, block);
 }
@@ -274,10 +351,12 @@ static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, co
                                                       uint32_t ref, uint32_t path)
 {
     GridBlock block;
-    if (bvh->patches->level > 1)
-        return trace_tile(group, ray, bvh, ref, path);
+    Shear shear;
+    shear_load(ray, &shear);
+    if (co_grid_has_tiles(bvh->patches))
+        return trace_tile(group, ray, &shear, bvh, ref, path);
     const CoTriLeaf leaf = open_block(bvh, ref, &block);
-    return trace_block(group, ray, &leaf, block.valid, path);
+    return trace_block(group, ray, &shear, &leaf, block.valid, path);
 }
 
 #endif

@@ -53,17 +53,16 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
 {
     const CoBvh *bvh = ask->walk->bvh;
     const CoGridLeaf *tile = open_tile(bvh, ref);
-    const uint32_t side = tile->side;
     CoWideNode nodes[TILE_NODES];
     StreamNode found[TILE_NODES];
     float first[CO_TILE_BLOCKS];
     GridBlock block;
-    if (side == 0) {
-        const CoTriLeaf leaf = open_tile_block(bvh, tile, side, 0, &block);
-        stream_triangles(ask, active, &leaf, CO_GRID_TRIS, block.valid);
+    if (tile->blocks == 1) {
+        const CoTriLeaf leaf = open_tile_block(bvh, tile, 0, &block);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
         return;
     }
-    uint32_t count = unpack_tile(tile, 1u << 2 * side, nodes);
+    uint32_t count = unpack_tile(tile, tile->blocks, nodes);
     for (uint32_t bits = enter_tile(ask, active, nodes, count, found, first); bits;) {
         uint32_t nearest = nearest_block(bits, first);
         uint32_t n = nearest / CO_NODE_WIDTH, place = nearest % CO_NODE_WIDTH;
@@ -72,8 +71,8 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
         active = stream_child(&nodes[n], place, ask->rays, ask->slabs, active);
         if (!active)
             continue;
-        const CoTriLeaf leaf = open_tile_block(bvh, tile, side, nearest, &block);
-        stream_triangles(ask, active, &leaf, CO_GRID_TRIS, block.valid);
+        const CoTriLeaf leaf = open_tile_block(bvh, tile, nearest, &block);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
     }
 }
 
@@ -87,11 +86,11 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
         take_single(ask->rays, j, ask->slabs, ask->walk, &ray);
         trace_grid_leaf(ask->group, &ray, bvh, ref, ask->walk->path);
         rays_settle(ask->rays, j, ray.to);
-    } else if (bvh->patches->level > 1) {
+    } else if (co_grid_has_tiles(bvh->patches)) {
         stream_tile(ask, active, ref);
     } else {
         const CoTriLeaf leaf = open_block(bvh, ref, &block);
-        stream_triangles(ask, active, &leaf, CO_GRID_TRIS, block.valid);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
     }
 }
 
