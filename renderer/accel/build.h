@@ -35,6 +35,8 @@ typedef struct CoLeafRule {
     void (*approach)(const void *context, const CoBuildPrim *prims, size_t count);
     const void *context;
     size_t most;       // prims of a leaf
+    size_t flat;       // of so many, each is a leaf of one node, however they lie: for things alike
+                       // and side by side, CO_NODE_WIDTH; else 0
     size_t prim_bytes; // most bytes of a leaf by its prims
 } CoLeafRule;
 

@@ -184,7 +184,7 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
 {
     CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a mesh of more than 2^31 - 2 triangles; split the mesh");
-    CoLeafRule rule = {leaf_fits, emit_leaf, approach, mesh, CO_LEAF_WIDTH, LEAF_PRIM_BYTES};
+    CoLeafRule rule = {leaf_fits, emit_leaf, approach, mesh, CO_LEAF_WIDTH, 0, LEAF_PRIM_BYTES};
     CoPrimArray prims = {.count = mesh->tri_count};
     if (mesh->patches) {
         rule = co_grid_rule(mesh);

@@ -171,9 +171,11 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 
 CoLeafRule co_grid_rule(const CoMesh *mesh)
 {
-    CoLeafRule rule = {leaf_fits, emit_leaf, NULL, mesh, 1, LEAF_BYTES_MAX};
-    if (mesh->patches->level == 0)
+    CoLeafRule rule = {leaf_fits, emit_leaf, NULL, mesh, 1, CO_NODE_WIDTH, LEAF_BYTES_MAX};
+    if (mesh->patches->level == 0) {
         rule.most = CO_LIST_PATCHES;
+        rule.flat = 0;
+    }
     return rule;
 }
 

@@ -146,6 +146,18 @@ static void areas_of_four(const CoBox4 boxes[4], Co4 scale, float out[4])
     co4_store(out, co4_add(sides, co4_mul(d[2], d[0])));
 }
 
+// For boxes within this one. Without fmaxf and fminf, which are calls.
+static Co4 area_scale(const CoBox *box)
+{
+    float size = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        float side = 0.5f * box->hi[k] - 0.5f * box->lo[k];
+        size = side > size ? side : size;
+    }
+    float scale = 1.0f / size;
+    return co4_set1(scale < FLT_MAX ? scale : FLT_MAX);
+}
+
 static void split_axis(const CoBins *bins, int axis, Co4 scale, CoSplit *best, uint32_t *best_bin)
 {
     CoBox4 before[CO_BIN_COUNT], after[CO_BIN_COUNT]; // of bins 0 .. b; of bins b + 1 ..
@@ -184,10 +196,7 @@ CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBo
 {
     CoSplit best = {.axis = -1};
     uint32_t bin = 0;
-    float size = 0.0f;
-    for (int k = 0; k < 3; k++)
-        size = fmaxf(size, 0.5f * box->hi[k] - 0.5f * box->lo[k]);
-    Co4 scale = co4_set1(fminf(1.0f / size, FLT_MAX));
+    Co4 scale = area_scale(box);
     for (int k = 0; k < 3; k++)
         if (binning->scale[k] > 0.0f)
             split_axis(bins, k, scale, &best, &bin);

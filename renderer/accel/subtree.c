@@ -54,9 +54,14 @@ static int list_children(const CoBinaryNode *nodes, size_t from, int j, int coun
                          uint32_t children[CO_NODE_WIDTH])
 {
     const CoBinaryNode *node = &nodes[from];
+    if (node->flat && j >= node->flat) {
+        for (uint32_t i = 1; i <= node->flat; i++)
+            children[count++] = (uint32_t)from + i;
+        return count;
+    }
     while (node->right && j > 1 && node->left[j] == 0)
         j--;
-    if (!node->right || j == 1) {
+    if (!node->right || j == 1 || node->flat) {
         children[count] = (uint32_t)from;
         return count + 1;
     }
@@ -140,6 +145,29 @@ static void write_pending(CoSubtree *s)
     s->leaf_bytes += bytes;
 }
 
+static uint32_t grow(CoSubtree *s, const CoRange *range);
+
+// A node of leaves alone. In a parent it takes one place, or one for each of them.
+static void grow_flat(CoSubtree *s, const CoRange *range, uint32_t index)
+{
+    for (uint32_t i = 0; i < range->count; i++) {
+        CoRange one = {.first = range->first + i, .count = 1, .depth = range->depth + 1};
+        memcpy(one.box.lo, s->prims[one.first].lo, sizeof one.box.lo);
+        memcpy(one.box.hi, s->prims[one.first].hi, sizeof one.box.hi);
+        grow(s, &one);
+    }
+    if (s->is_out_of_memory)
+        return;
+    CoBinaryNode *node = &s->nodes[index];
+    float leaves = 0.0f, area = (float)(co_box_area(&node->box) * s->scale);
+    for (uint32_t i = 1; i <= range->count; i++)
+        leaves += node[i].cost[1];
+    for (uint32_t j = 1; j < CO_NODE_WIDTH; j++)
+        node->cost[j] = leaves + (j < range->count ? area * NODE_COST + NODE_ROOM : 0.0f);
+    node->right = index + 1;
+    node->flat = (uint8_t)range->count;
+}
+
 static uint32_t grow(CoSubtree *s, const CoRange *range)
 {
     uint32_t index = (uint32_t)s->node_count;
@@ -153,6 +181,10 @@ static uint32_t grow(CoSubtree *s, const CoRange *range)
         write_pending(s);
         s->pending = index + 1;
         co_plan_node(&s->nodes[index], NULL, NULL, s->scale);
+        return index;
+    }
+    if (range->count <= s->rule->flat) {
+        grow_flat(s, range, index);
         return index;
     }
     CoRange halves[2];

@@ -16,6 +16,7 @@ typedef struct CoBinaryNode {
     uint32_t leaf;                   // whose reference this is
     float cost[CO_NODE_WIDTH];       // [j]: expected cost with at most j children, j = 1 .. 7
     uint8_t left[CO_NODE_WIDTH + 1]; // [j]: how many of them go left; 0: j - 1 do as well
+    uint8_t flat;                    // so many leaves follow, in place of two subtrees; else 0
 } CoBinaryNode;
 
 // Nodes and leaves are blocks of CO_MEMORY_ACCEL that grow, as few ranges need what the worst does.

@@ -196,7 +196,7 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
 
 static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
 {
-    CoLeafRule rule = {single_fits, emit_instance, NULL, NULL, 1, 0};
+    CoLeafRule rule = {single_fits, emit_instance, NULL, NULL, 1, 0, 0};
     CoTreeParts parts;
     bool is_built = co_tree_build(prims, &rule, &parts, err);
     top->tree = parts.tree;

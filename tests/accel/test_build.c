@@ -27,7 +27,7 @@ static uint32_t list_leaf(const void *context, const CoBuildPrim *prims, size_t 
     return CO_REF_LEAF;
 }
 
-static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, NULL, 4, 32};
+static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, NULL, 4, 0, 32};
 
 static CoBuildPrim *random_prims(size_t count, float size, uint64_t seed)
 {

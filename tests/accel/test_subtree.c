@@ -46,7 +46,7 @@ static CoRange prepare(Fixture *f, uint32_t count, PrimKind kind)
 {
     memset(f, 0, sizeof *f);
     prims_fill(f->prims, count, kind, count);
-    f->rule = (CoLeafRule){fits, emit, NULL, &f->written, 3, CO_LEAF_UNIT};
+    f->rule = (CoLeafRule){fits, emit, NULL, &f->written, 3, 0, CO_LEAF_UNIT};
     f->subtree = (CoSubtree){.moved = f->moved, .prims = f->prims, .rule = &f->rule};
     CoRange range = {0, count, 0, prims_box(f->prims, count)};
     double area = co_box_area(&range.box);
@@ -120,6 +120,36 @@ static void plans_cover_the_tree(void **state)
     forget(&f);
 }
 
+// Up to 8 are leaves of one node, or of that above it where there is room; 9 are not.
+static void few_alike_are_one_node(void **state)
+{
+    (void)state;
+    static Fixture f;
+    for (uint32_t count = 2; count <= 40; count++) {
+        CoRange range = prepare(&f, count, PRIMS_ANYWHERE);
+        CoPiece piece;
+        f.rule.most = 1;
+        f.rule.flat = CO_NODE_WIDTH;
+        assert_true(co_subtree_build(&f.subtree, &range, false, &piece));
+        assert_int_equal(f.written.leaves, count);
+        assert_int_equal(f.written.largest, 1);
+        assert_int_equal(piece.node_count, co_plan_count(f.subtree.nodes, 0));
+        assert_true((piece.node_count == 1) == (count <= CO_NODE_WIDTH));
+        size_t leaves = 0, nodes = 1;
+        for (size_t n = 0; n < piece.node_count; n++) {
+            for (int i = 0; i < CO_NODE_WIDTH; i++) {
+                uint32_t ref = piece.nodes[n].child[i];
+                leaves += (ref & CO_REF_LEAF) != 0;
+                nodes += !(ref & CO_REF_LEAF) && ref != CO_REF_NONE;
+            }
+        }
+        assert_int_equal(leaves, count);
+        assert_int_equal(nodes, piece.node_count);
+        co_piece_clear(&piece);
+        forget(&f);
+    }
+}
+
 static void a_leaf_costs_the_same_in_any_place(void **state)
 {
     (void)state;
@@ -157,6 +187,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_prim_is_in_one_leaf),
         cmocka_unit_test(plans_cover_the_tree),
+        cmocka_unit_test(few_alike_are_one_node),
         cmocka_unit_test(a_leaf_costs_the_same_in_any_place),
         cmocka_unit_test(no_memory_is_said),
     };
