@@ -3,15 +3,40 @@
 #include "base/error.h"
 #include "base/hash.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
+
+static bool is_finite(const CohortNodeInput *input)
+{
+    for (uint32_t i = 0; input->source_node < 0 && i < input->components && i < 4; i++)
+        if (!isfinite(input->value[i]))
+            return false;
+    return true;
+}
 
 const CohortNodeInput *co_network_input(const CohortMaterialNode *node, const char *name)
 {
     for (size_t i = 0; i < node->input_count; i++)
         if (strcmp(node->inputs[i].name, name) == 0)
-            return &node->inputs[i];
+            return is_finite(&node->inputs[i]) ? &node->inputs[i] : NULL;
     return NULL;
+}
+
+static void report_not_finite(CoNetwork *net, const CohortMaterialNode *node)
+{
+    for (size_t i = 0; i < node->input_count; i++) {
+        const CohortNodeInput *input = &node->inputs[i];
+        if (is_finite(input))
+            continue;
+        char name[128], value[64] = "";
+        size_t used = 0;
+        for (uint32_t k = 0; k < input->components && k < 4; k++)
+            used += (size_t)snprintf(value + used, sizeof value - used, k ? ", %g" : "%g",
+                                     (double)input->value[k]);
+        snprintf(name, sizeof name, "inputs:%s", input->name);
+        co_network_report(net, node, name, value, "not finite: its default");
+    }
 }
 
 const CohortMaterialNode *co_network_source(const CoNetwork *net, const CohortNodeInput *input)
@@ -216,6 +241,8 @@ bool co_network_translate(CoNetwork *net)
                           "surface not supported: Lambertian with displayColor");
         return false;
     }
+    for (size_t i = 0; i < net->source->node_count; i++)
+        report_not_finite(net, &net->source->nodes[i]);
     read_preview_surface(net, surface);
     read_displacement(net); // last, so that its lookup is
     return true;

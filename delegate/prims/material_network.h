@@ -42,7 +42,7 @@ bool co_network_has_file(const CohortMaterialNode *node);
 // is no normal that points out of the surface: normal maps that were lost.
 bool co_network_is_lost_relief(const CohortMaterialNode *node);
 
-// An input of a node by name, NULL when it is not authored.
+// An input of a node by name, NULL when it is not authored, or a constant that is not finite.
 const CohortNodeInput *co_network_input(const CohortMaterialNode *node, const char *name);
 
 // The node an input is connected to, NULL for constants.

@@ -65,6 +65,11 @@ static double positive_or(double value, double fallback)
     return value > 0.0 && isfinite(value) ? value : fallback;
 }
 
+static double finite_or(double value, double fallback)
+{
+    return isfinite(value) ? value : fallback;
+}
+
 void co_camera_desc(const CoPrim *prim, const CohortRenderPassState *state, uint32_t width,
                     uint32_t height, CohortCameraDesc *out)
 {
@@ -82,12 +87,14 @@ void co_camera_desc(const CoPrim *prim, const CohortRenderPassState *state, uint
     memset(out, 0, sizeof *out);
     out->orthographic = c->orthographic;
     memcpy(out->transform, prim->transform, sizeof out->transform);
-    out->window[0] = (c->horizontal_offset - 0.5 * aperture_x) * scale;
-    out->window[1] = (c->horizontal_offset + 0.5 * aperture_x) * scale;
-    out->window[2] = (c->vertical_offset - 0.5 * aperture_y) * scale;
-    out->window[3] = (c->vertical_offset + 0.5 * aperture_y) * scale;
-    out->clip_near = c->clip_near;
-    out->clip_far = c->clip_far;
+    double offset_x = finite_or(c->horizontal_offset, fallback.horizontal_offset);
+    double offset_y = finite_or(c->vertical_offset, fallback.vertical_offset);
+    out->window[0] = (offset_x - 0.5 * aperture_x) * scale;
+    out->window[1] = (offset_x + 0.5 * aperture_x) * scale;
+    out->window[2] = (offset_y - 0.5 * aperture_y) * scale;
+    out->window[3] = (offset_y + 0.5 * aperture_y) * scale;
+    out->clip_near = finite_or(c->clip_near, fallback.clip_near);
+    out->clip_far = isnan(c->clip_far) ? fallback.clip_far : c->clip_far;
     if (!state->disable_depth_of_field && !c->orthographic && c->f_stop > 0.0 &&
         c->focus_distance > 0.0) {
         out->lens_radius = 0.1 * focal / (2.0 * c->f_stop);

@@ -33,9 +33,15 @@ static void report_replaced(const CohortAdapter *a, const CohortPrim *prim,
          c->horizontal_aperture > 0.0 && isfinite(c->horizontal_aperture), "treated as 20.955"},
         {"verticalAperture", c->vertical_aperture,
          c->vertical_aperture > 0.0 && isfinite(c->vertical_aperture), "treated as 15.2908"},
-        {"fStop", c->f_stop, c->f_stop >= 0.0, "no depth of field"},
+        {"horizontalApertureOffset", c->horizontal_offset, isfinite(c->horizontal_offset),
+         "treated as 0"},
+        {"verticalApertureOffset", c->vertical_offset, isfinite(c->vertical_offset),
+         "treated as 0"},
+        {"fStop", c->f_stop, c->f_stop >= 0.0 && isfinite(c->f_stop), "no depth of field"},
         {"focusDistance", c->focus_distance, c->focus_distance >= 0.0, "no depth of field"},
-        {"clippingRange", c->clip_near, c->clip_far > c->clip_near, "nothing is cut behind"}};
+        {"clippingRange", c->clip_near, isfinite(c->clip_near), "the near end is treated as 1"},
+        {"clippingRange", c->clip_far, !isnan(c->clip_far), "the far end is treated as 1e+06"},
+        {"clippingRange", c->clip_near, !(c->clip_far <= c->clip_near), "nothing is cut behind"}};
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
         char value[32];
         snprintf(value, sizeof value, "%g", checks[i].value);

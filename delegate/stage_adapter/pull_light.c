@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -25,19 +26,31 @@ static const char *name_of(const CohortPrim *prim, const char *input)
                                                                                            : input;
 }
 
-static void read_number(const CohortAdapter *a, const CohortPrim *prim, const char *input,
-                        float *out)
+// Copies up to three numbers when all of them are finite; what is not is named, and the schema's own
+// stay.
+static void read_numbers(const CohortAdapter *a, const CohortPrim *prim, const char *input,
+                         float *out, size_t count)
 {
-    *out = (float)cohort_prim_double(prim, name_of(prim, input), a->time, (double)*out);
-}
-
-static void read_color(const CohortAdapter *a, const CohortPrim *prim, const char *input,
-                       float out[3])
-{
-    double color[3];
-    if (cohort_prim_numbers(prim, name_of(prim, input), a->time, color, 3))
-        for (int i = 0; i < 3; i++)
-            out[i] = (float)color[i];
+    const char *name = name_of(prim, input);
+    double numbers[3];
+    bool is_finite = true;
+    if (!cohort_prim_numbers(prim, name, a->time, numbers, count))
+        return;
+    for (size_t i = 0; i < count; i++)
+        is_finite = is_finite && isfinite((float)numbers[i]);
+    if (is_finite) {
+        for (size_t i = 0; i < count; i++)
+            out[i] = (float)numbers[i];
+        return;
+    }
+    CohortValue value;
+    char text[64] = "", action[64];
+    if (cohort_prim_value(prim, name, a->time, &value))
+        co_values_describe(&value, text, sizeof text);
+    snprintf(action, sizeof action, count > 1 ? "not finite: treated as %g, %g, %g"
+                                              : "not finite: treated as %g",
+             (double)out[0], (double)out[count > 1], (double)out[count > 1 ? 2 : 0]);
+    co_adapter_report(a, prim, name, text, action);
 }
 
 static void read_texture(const CohortAdapter *a, const CohortPrim *prim, CohortLightDesc *out)
@@ -109,7 +122,7 @@ static void report_unsupported(const CohortAdapter *a, const CohortPrim *prim)
 
 static void read_light(const CohortAdapter *a, const CohortPrim *prim, CohortLightDesc *out)
 {
-    read_color(a, prim, "inputs:color", out->color);
+    read_numbers(a, prim, "inputs:color", out->color, 3);
     const struct {
         const char *input;
         float *value;
@@ -126,8 +139,8 @@ static void read_light(const CohortAdapter *a, const CohortPrim *prim, CohortLig
                    {"inputs:shaping:cone:angle", &out->shaping_cone_angle_degrees},
                    {"inputs:shaping:cone:softness", &out->shaping_cone_softness}};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
-        read_number(a, prim, numbers[i].input, numbers[i].value);
-    read_color(a, prim, "inputs:shaping:focusTint", out->shaping_focus_tint);
+        read_numbers(a, prim, numbers[i].input, numbers[i].value, 1);
+    read_numbers(a, prim, "inputs:shaping:focusTint", out->shaping_focus_tint, 3);
     out->enable_color_temperature =
         cohort_prim_bool(prim, name_of(prim, "inputs:enableColorTemperature"), a->time, false);
     out->normalize = cohort_prim_bool(prim, name_of(prim, "inputs:normalize"), a->time, false);

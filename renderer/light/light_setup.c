@@ -186,6 +186,10 @@ const char *co_light_problem(const CohortLightDesc *desc)
     for (int i = 0; i < 3; i++)
         if (desc->color[i] * desc->intensity < 0.0f)
             return "has a negative brightness: that counts as none";
+    if (isnan(desc->shaping_focus) || isnan(desc->shaping_cone_angle_degrees) ||
+        isnan(desc->shaping_cone_softness) ||
+        (desc->enable_color_temperature && isnan(desc->color_temperature)))
+        return "has a shaping or a color temperature that is no number: it counts as not given";
     if (!(desc->diffuse >= 0.0f) || !(desc->diffuse <= 1e30f))
         return "has a diffuse multiplier that is negative or not finite: it counts as 0";
     if (desc->specular != desc->diffuse)

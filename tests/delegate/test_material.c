@@ -2,8 +2,10 @@
 
 #include "index_fixture.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -67,6 +69,40 @@ static void test_uv_texture(void **state)
     // The same texture again is the same texture.
     sync_with_node("UsdUVTexture", inputs, 4);
     assert_int_equal(fake.texture_count, 1);
+}
+
+static void test_numbers_that_are_none(void **state)
+{
+    (void)state;
+    const CohortNodeInput inputs[] = {number_input("roughness", NAN), number_input("ior", INFINITY),
+                                      number_input("opacityThreshold", -INFINITY),
+                                      number_input("metallic", 0.25f),
+                                      {.name = "diffuseColor",
+                                       .source_node = -1,
+                                       .components = 3,
+                                       .value = {0.5f, NAN, 0.5f}}};
+    const CohortMaterialNode node = {
+        .path = "/m/s", .id = "UsdPreviewSurface", .inputs = inputs, .input_count = 5};
+    const CohortMaterialNetwork network = {.nodes = &node, .node_count = 1, .displacement = -1};
+    host.network = &network;
+    insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+    sync_index();
+    host.network = NULL;
+    const CohortMaterialDesc plain = cohort_material_default(), *got = &fake.materials[0];
+    assert_true(got->roughness.value[0] == plain.roughness.value[0]);
+    assert_true(got->ior.value[0] == plain.ior.value[0]);
+    assert_true(got->opacity_threshold == 0.0f && got->metallic.value[0] == 0.25f);
+    assert_memory_equal(got->diffuse_color.value, plain.diffuse_color.value, 3 * sizeof(float));
+    const char *const named[] = {"roughness", "ior", "opacityThreshold", "diffuseColor"};
+    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "inputs:%s", named[i]);
+        assert_non_null(report_of(name));
+        assert_string_equal(report_of(name)->prim_path, "/m/s");
+        assert_int_equal(report_of(name)->count, 1);
+    }
+    assert_string_equal(report_of("inputs:diffuseColor")->value, "0.5, nan, 0.5");
+    assert_null(report_of("inputs:metallic"));
 }
 
 // A constant st outside the image still meets the border.
@@ -309,6 +345,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_uv_texture, setup_index, teardown_index),
+        cmocka_unit_test_setup_teardown(test_numbers_that_are_none, setup_index, teardown_index),
         cmocka_unit_test_setup_teardown(test_point_outside_keeps_its_wrap, setup_index,
                                         teardown_index),
         cmocka_unit_test_setup_teardown(test_missing_file_gives_the_fallback, setup_index,

@@ -93,6 +93,31 @@ static void test_lenses_that_are_none(void **state)
     assert_replaced("horizontalAperture = inf", "horizontalAperture");
     assert_replaced("verticalAperture = -1", "verticalAperture");
     assert_replaced("verticalAperture = nan", "verticalAperture");
+    assert_replaced("horizontalApertureOffset = nan", "horizontalApertureOffset");
+    assert_replaced("verticalApertureOffset = -inf", "verticalApertureOffset");
+}
+
+// One line each: prim, attribute, and the default in its place; an open far end is none of them.
+static void test_ranges_that_are_no_numbers(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *range;
+        double near, far;
+        size_t reports;
+    } cases[] = {{"(nan, 300)", 1.0, 300.0, 1},
+                 {"(-inf, 300)", 1.0, 300.0, 1},
+                 {"(2, nan)", 2.0, 1e6, 1},
+                 {"(2, inf)", 2.0, HUGE_VAL, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[96];
+        snprintf(text, sizeof text, "float2 clippingRange = %s", cases[i].range);
+        render(text, 10, 10);
+        assert_true(fake.camera.clip_near == cases[i].near && fake.camera.clip_far == cases[i].far);
+        const CohortReportEntry *entries;
+        assert_int_equal(cohort_adapter_report(stage.adapter, &entries), cases[i].reports);
+        close_stage(NULL);
+    }
 }
 
 static void assert_pinhole(const char *lens, const char *name)
@@ -111,6 +136,7 @@ static void test_no_depth_of_field(void **state)
     assert_pinhole("float fStop = -1; float focusDistance = 3", "fStop");
     assert_pinhole("float fStop = 2; float focusDistance = nan", "focusDistance");
     assert_pinhole("float fStop = 2; float focusDistance = -3", "focusDistance");
+    assert_pinhole("float fStop = inf; float focusDistance = 3", "fStop");
 }
 
 static void test_odd_words_and_ranges(void **state)
@@ -146,6 +172,7 @@ int main(void)
         cmocka_unit_test_teardown(test_lenses, close_stage),
         cmocka_unit_test_teardown(test_a_focus_at_infinity_is_one, close_stage),
         cmocka_unit_test(test_lenses_that_are_none),
+        cmocka_unit_test(test_ranges_that_are_no_numbers),
         cmocka_unit_test(test_no_depth_of_field),
         cmocka_unit_test_teardown(test_odd_words_and_ranges, close_stage),
         cmocka_unit_test_teardown(test_other_cameras_may_be_odd, close_stage),

@@ -5,6 +5,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -49,6 +50,46 @@ static void test_every_input(void **state)
     assert_true(r->enable_color_temperature && r->color_temperature == 3000.0f);
     assert_true(r->shaping_cone_angle_degrees == 30.0f && r->shaping_cone_softness == 0.1f);
     assert_true(r->shaping_focus == 2.0f && r->shaping_focus_tint[2] == 1.0f);
+}
+
+// What is no finite number is named once with its prim and attribute; the schema's value shines.
+static void test_no_numbers(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *type, *attribute, *value;
+    } cases[] = {{"SphereLight", "float inputs:intensity", "nan"},
+                 {"SphereLight", "float inputs:exposure", "inf"},
+                 {"SphereLight", "float inputs:colorTemperature", "nan"},
+                 {"SphereLight", "float inputs:radius", "-inf"},
+                 {"SphereLight", "float radius", "nan"},
+                 {"SphereLight", "float inputs:diffuse", "nan"},
+                 {"SphereLight", "float inputs:specular", "inf"},
+                 {"SphereLight", "color3f inputs:color", "(1, nan, 0.5)"},
+                 {"SphereLight", "float inputs:shaping:focus", "nan"},
+                 {"SphereLight", "color3f inputs:shaping:focusTint", "(inf, 0, 0)"},
+                 {"SphereLight", "float inputs:shaping:cone:angle", "nan"},
+                 {"SphereLight", "float inputs:shaping:cone:softness", "inf"},
+                 {"RectLight", "float inputs:width", "nan"},
+                 {"RectLight", "float inputs:height", "inf"},
+                 {"DistantLight", "float inputs:angle", "nan"},
+                 {"DomeLight", "float inputs:intensity", "1e39"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char body[256];
+        snprintf(body, sizeof body, "def %s 'Odd' { %s = %s } def %s 'Plain' {}", cases[i].type,
+                 cases[i].attribute, cases[i].value, cases[i].type);
+        open_stage(body);
+        const CohortReportEntry *entries;
+        assert_int_equal(cohort_adapter_report(stage.adapter, &entries), 1);
+        assert_string_equal(entries[0].prim_path, "/Odd");
+        assert_string_equal(entries[0].name, strchr(cases[i].attribute, ' ') + 1);
+        assert_int_equal(entries[0].count, 1);
+        assert_non_null(strstr(entries[0].action, "not finite: treated as "));
+        CohortLightDesc odd = fake.lights[0];
+        odd.path = fake.lights[1].path;
+        assert_memory_equal(&odd, &fake.lights[1], sizeof odd);
+        close_stage(NULL);
+    }
 }
 
 // Names without "inputs:" are read where the others are not authored.
@@ -134,6 +175,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_fallbacks, close_stage),
         cmocka_unit_test_teardown(test_every_input, close_stage),
+        cmocka_unit_test(test_no_numbers),
         cmocka_unit_test_teardown(test_old_names, close_stage),
         cmocka_unit_test_teardown(test_domes_and_the_up_axis, close_stage),
         cmocka_unit_test_teardown(test_textures, close_stage),

@@ -332,6 +332,19 @@ static void what_cannot_shine_is_dark_and_named(void **state)
     assert_non_null(co_light_problem(&dim));
     dim.diffuse = NAN;
     assert_non_null(co_light_problem(&dim));
+    CohortLightDesc odd = test_light(COHORT_LIGHT_RECT), white = odd;
+    odd.enable_color_temperature = white.enable_color_temperature = true;
+    odd.color_temperature = odd.shaping_cone_softness = odd.shaping_focus = NAN;
+    odd.shaping_cone_angle_degrees = NAN;
+    assert_non_null(strstr(co_light_problem(&odd), "no number"));
+    const CohortLightDesc both[] = {odd, white};
+    CoVec3 shown[2];
+    lights = test_lights(both, NULL, 2);
+    for (uint32_t i = 0; i < 2; i++)
+        shown[i] = co_light_ray_radiance(lights, co_vec3(0.1f, 0, -1), co_vec3(0, 0, 1), i);
+    assert_true(shown[0].x > 0.0f);
+    assert_memory_equal(&shown[0], &shown[1], sizeof shown[0]);
+    co_lights_destroy(lights);
     CohortLightDesc sun = test_light(COHORT_LIGHT_DISTANT);
     sun.shaping_cone_angle_degrees = 30.0f;
     assert_non_null(co_light_problem(&sun));
