@@ -1,4 +1,4 @@
-// The film's memory, shared by film.c and film_save.c only.
+// The film's memory, shared by the room's own files only.
 //
 // One array of 64-bit words: two counters, then a plane per channel. A copy of it holds the last
 // complete round.

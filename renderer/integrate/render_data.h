@@ -2,7 +2,7 @@
 //
 // The stages of a batch, in the order of figure 2 of Eisenacher et al. 2013, one file each:
 // camera.c makes rays; trace.c sorts, decodes and traverses a batch; ends.c settles misses, light
-// rays and lights met on the way; request.c sorts hits and gathers texture lookups; shade.c
+// rays and lights met on the way; request_textures.c sorts hits and looks textures up; shade.c
 // evaluates materials and feeds new rays back into the bins.
 
 #ifndef CO_INTEGRATE_RENDER_DATA_H

@@ -137,9 +137,15 @@ static bool reserve_lookups(CoActiveBatch *b, size_t count, CohortError *err)
     b->lookups = co_alloc(CO_MEMORY_TEXTURE, count * sizeof *b->lookups);
     b->texels = co_alloc(CO_MEMORY_TEXTURE, count * sizeof *b->texels);
     b->lookup_capacity = count;
-    CO_CHECK(b->lookups && b->texels, err, COHORT_ERROR_OUT_OF_MEMORY,
-             "out of memory for %zu texture lookups: use a smaller --batch", count);
-    return true;
+    if (b->lookups && b->texels)
+        return true;
+    co_free(CO_MEMORY_TEXTURE, b->lookups, count * sizeof *b->lookups);
+    co_free(CO_MEMORY_TEXTURE, b->texels, count * sizeof *b->texels);
+    b->lookups = NULL;
+    b->texels = NULL;
+    b->lookup_capacity = 0; // so that the next round asks again
+    return CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY,
+                   "out of memory for %zu texture lookups: use a smaller --batch", count);
 }
 
 static bool look_up(CohortRender *render, size_t *sums, size_t blocks, CohortError *err)

@@ -106,7 +106,7 @@ void cohort_scene_destroy(CohortScene *scene)
     co_textures_destroy(scene->textures);
     co_color_destroy(scene->color);
     co_free(TAG, scene->light_images, scene->light_image_count * sizeof *scene->light_images);
-    co_free(TAG, scene->texture_ids, scene->texture_capacity * sizeof *scene->texture_ids);
+    co_free(TAG, scene->texture_ids, scene->texture_id_capacity * sizeof *scene->texture_ids);
     co_free(TAG, scene->accel_objects, scene->accel_object_count * sizeof *scene->accel_objects);
     co_free(TAG, scene->objects, scene->object_capacity * sizeof *scene->objects);
     co_free(TAG, scene->texture_descs, scene->texture_capacity * sizeof *scene->texture_descs);
@@ -365,18 +365,26 @@ uint32_t cohort_scene_new_light(CohortScene *scene, CohortError *err)
     return scene->light_count++;
 }
 
+// Copies a text, which may be NULL, into the scene. False when out of memory.
+static bool keep_string(CohortScene *scene, const char *text, const char **out)
+{
+    *out = co_scene_string(scene, text);
+    return *out || !text;
+}
+
 bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLightDesc *desc,
                             CohortError *err)
 {
     CO_CHECK(light < scene->light_count, err, COHORT_ERROR_ARGUMENT,
              "there is no light %u in this scene", light);
-    CohortLightDesc *kept = &scene->light_descs[light];
-    *kept = *desc;
-    kept->path = co_scene_string(scene, desc->path ? desc->path : "");
-    kept->texture_file = co_scene_string(scene, desc->texture_file);
-    kept->texture_asset = co_scene_string(scene, desc->texture_asset);
-    kept->texture_color_space_name = co_scene_string(scene, desc->texture_color_space_name);
-    CO_CHECK_MEMORY(kept->path, err);
+    CohortLightDesc kept = *desc;
+    bool is_kept = keep_string(scene, desc->path ? desc->path : "", &kept.path) &&
+                   keep_string(scene, desc->texture_file, &kept.texture_file) &&
+                   keep_string(scene, desc->texture_asset, &kept.texture_asset) &&
+                   keep_string(scene, desc->texture_color_space_name,
+                               &kept.texture_color_space_name);
+    CO_CHECK(is_kept, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for a light");
+    scene->light_descs[light] = kept;
     scene->lights_dirty = true;
     scene->is_committed = false;
     return true;
@@ -385,27 +393,21 @@ bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLigh
 uint32_t cohort_scene_new_texture(CohortScene *scene, const CohortTextureDesc *desc,
                                   CohortError *err)
 {
-    uint32_t capacity = scene->texture_capacity;
-    bool ok = co_scene_grow((void **)&scene->texture_descs, &scene->texture_capacity,
-                            scene->texture_count, sizeof(CohortTextureDesc));
-    if (ok && scene->texture_capacity != capacity) {
-        uint32_t *ids = co_realloc(TAG, scene->texture_ids, capacity * sizeof *ids,
-                                   scene->texture_capacity * sizeof *ids);
-        ok = ids != NULL;
-        if (ok)
-            scene->texture_ids = ids;
-    }
-    CohortTextureDesc *kept = ok ? &scene->texture_descs[scene->texture_count] : NULL;
-    if (kept) {
-        *kept = *desc;
-        kept->path = co_scene_string(scene, desc->path ? desc->path : "");
-        kept->asset = co_scene_string(scene, desc->asset ? desc->asset : desc->path);
-        kept->color_space_name = co_scene_string(scene, desc->color_space_name);
-    }
-    if (!kept || !kept->path) {
+    uint32_t id = scene->texture_count;
+    CohortTextureDesc kept = *desc;
+    bool is_kept = co_scene_grow((void **)&scene->texture_descs, &scene->texture_capacity, id,
+                                 sizeof *scene->texture_descs) &&
+                   co_scene_grow((void **)&scene->texture_ids, &scene->texture_id_capacity, id,
+                                 sizeof *scene->texture_ids) &&
+                   keep_string(scene, desc->path ? desc->path : "", &kept.path) &&
+                   keep_string(scene, desc->asset ? desc->asset : desc->path, &kept.asset) &&
+                   keep_string(scene, desc->color_space_name, &kept.color_space_name);
+    if (!is_kept) {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for a texture");
         return COHORT_INVALID_ID;
     }
+    scene->texture_descs[id] = kept;
+    scene->texture_count++;
     scene->is_committed = false;
-    return scene->texture_count++;
+    return id;
 }

@@ -129,6 +129,7 @@ struct CohortScene {
     CoColor *color;
     CoTextures *textures;
     uint32_t *texture_ids;   // scene texture id -> CoTextures id
+    uint32_t texture_id_capacity;
     uint32_t textures_added; // how many of them are valid
     CoLights *lights;
     double lights_frame[3]; // the frame they were built in

@@ -1,4 +1,4 @@
-// What a hit looks like: position bounds, normals, materials.
+// What a hit looks like: position bounds, normals, faces.
 
 #include "mesh_fixture.h"
 
@@ -94,26 +94,6 @@ static void faceted_without_normals(void **state)
     co_mesh_destroy(&mesh);
 }
 
-static void subsets_choose_materials(void **state)
-{
-    (void)state;
-    const int32_t first[] = {1, 3, -2}, second[] = {3, 5, 6};
-    const CohortSubsetDesc subsets[] = {{first, 3, 40}, {second, 3, 50}};
-    CohortMeshDesc desc = cube_desc(COHORT_SCHEME_NONE, 0);
-    desc.subsets = subsets;
-    desc.subset_count = 2;
-    CoMesh mesh;
-    assert_int_equal(make_mesh(&desc, &mesh), 2); // out of range; twice
-    const uint32_t want[] = {7, 40, 7, 40, 7, 50};
-    for (uint32_t t = 0; t < mesh.tri_count; t++) {
-        CoSurface s;
-        co_mesh_surface(&mesh, t, 0.1f, 0.2f, &s);
-        assert_int_equal(s.face, t / 2);
-        assert_int_equal(s.material, want[t / 2]);
-    }
-    co_mesh_destroy(&mesh);
-}
-
 static void holes_keep_numbers(void **state)
 {
     (void)state;
@@ -142,7 +122,6 @@ int main(void)
         cmocka_unit_test(position_stays_in_the_plane_of_a_far_triangle),
         cmocka_unit_test(authored_normals_face_outward),
         cmocka_unit_test(faceted_without_normals),
-        cmocka_unit_test(subsets_choose_materials),
         cmocka_unit_test(holes_keep_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
