@@ -2,6 +2,7 @@
 
 #include "geometry/patch_tile.h"
 
+#include <stddef.h>
 #include <string.h>
 
 // Of a full tile.
@@ -147,7 +148,33 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
 {
     (void)context;
     (void)prims;
-    return count <= CO_LIST_PATCHES;
+    (void)count;
+    return true;
+}
+
+static size_t put_list(const CoBuildPrim *prims, uint32_t count, unsigned char *out)
+{
+    uint32_t patches[CO_LIST_PATCHES];
+    for (uint32_t k = 0; k < count; k++) {
+        uint32_t at = k;
+        for (; at > 0 && patches[at - 1] > prims[k].id; at--)
+            patches[at] = patches[at - 1];
+        patches[at] = prims[k].id;
+    }
+    bool is_far = patches[count - 1] - patches[0] > UINT16_MAX;
+    CoGridList list = {patches[0], (uint16_t)(is_far ? count | CO_LIST_FAR : count)};
+    memcpy(out, &list, sizeof list);
+    if (is_far) {
+        memcpy(out + sizeof list, patches + 1, (count - 1) * sizeof *patches);
+        return sizeof list + (count - 1) * sizeof *patches;
+    }
+    uint16_t near[CO_LIST_PATCHES] = {0};
+    for (uint32_t k = 1; k < count; k++)
+        near[k - 1] = (uint16_t)(patches[k] - patches[0]);
+    size_t at = offsetof(CoGridList, near), bytes = at + (count - 1) * sizeof *near;
+    bytes = (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
+    memcpy(out + at, near, bytes - at);
+    return bytes;
 }
 
 static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
@@ -157,10 +184,8 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
     *bytes = 0;
     if (co_grid_is_block(mesh->patches))
         return CO_REF_LEAF | prims[0].id;
-    if (mesh->patches->level == 0) {
-        *bytes = sizeof(uint32_t) * CO_LIST_PATCHES;
-        for (size_t k = 0; k < CO_LIST_PATCHES; k++)
-            memcpy(out + 4 * k, &prims[k < count ? k : 0].id, 4);
+    if (co_grid_is_list(mesh->patches)) {
+        *bytes = put_list(prims, (uint32_t)count, out);
     } else {
         Tile tile = find_tile(mesh->patches, prims[0].id);
         *bytes = tile_size(block_count(mesh->patches, &tile));
@@ -169,12 +194,20 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
     return CO_REF_LEAF;
 }
 
+// Quads are not worth a second block: they take few bytes as it is.
+static size_t list_size(const CoPatchTable *table)
+{
+    bool has_quads = table->level == 0 && (table->unit_shift > 0 || table->first_tri);
+    return (has_quads ? 1 : 2) * co_grid_list_step(table);
+}
+
 CoLeafRule co_grid_rule(const CoMesh *mesh)
 {
     CoLeafRule rule = {leaf_fits, emit_leaf, NULL, mesh, 1, CO_NODE_WIDTH, LEAF_BYTES_MAX};
-    if (mesh->patches->level == 0) {
-        rule.most = CO_LIST_PATCHES;
+    if (co_grid_is_list(mesh->patches)) {
+        rule.most = list_size(mesh->patches);
         rule.flat = 0;
+        rule.prim_bytes = sizeof(CoGridList) + CO_LEAF_UNIT;
     }
     return rule;
 }
@@ -185,12 +218,12 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
     unsigned char *leaf = leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE);
     if (co_grid_is_block(table))
         return co_grid_box(mesh, ref & ~CO_REF_LEAF);
-    if (table->level == 0) {
+    if (co_grid_is_list(table)) {
         CoBox all;
         uint32_t patches[CO_LIST_PATCHES];
+        uint32_t count = co_grid_list((const CoGridList *)(const void *)leaf, patches);
         co_box_empty(&all);
-        memcpy(patches, leaf, sizeof patches);
-        for (uint32_t k = 0; k < CO_LIST_PATCHES; k++) {
+        for (uint32_t k = 0; k < count; k++) {
             CoBox box = co_grid_box(mesh, patches[k]);
             co_box_extend(&all, box.lo, box.hi);
         }

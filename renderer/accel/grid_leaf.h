@@ -18,12 +18,21 @@
 #include "accel/build.h"
 
 enum {
-    CO_LIST_PATCHES = 4,
-    CO_GRID_LIST_TRIS = 8, // of a list
+    CO_LIST_PATCHES = 8,   // most of a list
+    CO_GRID_LIST_TRIS = 8, // of a block of one
     CO_TILE_SQUARES = 8,   // a side
     CO_GRID_NARROW = 2,    // log2 of the squares a side up to which blocks are 2 x 2
     CO_TILE_BLOCKS = 8
 };
+
+// Numbers stand in order. The others follow: 16 bits each, less the first, or, where that is not
+// enough, 32 bits.
+typedef struct CoGridList {
+    uint32_t first;
+    uint16_t count; // CO_LIST_FAR: 32 bits
+    uint16_t near[];
+} CoGridList;
+#define CO_LIST_FAR 0x8000u
 
 typedef struct CoGridLeaf {
     uint32_t patch;
@@ -43,15 +52,26 @@ static inline void co_grid_block_at(uint32_t blocks, uint32_t place, uint32_t at
     at[1] = 2 * (is_whole ? place >> 1 : place - 2);
 }
 
+static inline bool co_grid_is_list(const CoPatchTable *table)
+{
+    return table->level == 0 || (table->level == 1 && table->is_triangular);
+}
+
+// Patches of a list to a block.
+static inline uint32_t co_grid_list_step(const CoPatchTable *table)
+{
+    return table->level == 0 ? 4 : 2;
+}
+
 // Whether all patches are one block.
 static inline bool co_grid_is_block(const CoPatchTable *table)
 {
-    return table->level == 1 || (table->level == 2 && table->is_triangular);
+    return table->is_triangular ? table->level == 2 : table->level == 1;
 }
 
 static inline bool co_grid_has_tiles(const CoPatchTable *table)
 {
-    return table->level > 0 && !co_grid_is_block(table);
+    return !co_grid_is_list(table) && !co_grid_is_block(table);
 }
 
 // 2^(exponent - 127).
@@ -72,6 +92,17 @@ CoLeafRule co_grid_rule(const CoMesh *mesh);
 
 // Writes the leaf that a reference stands for again, where it holds boxes; returns its own.
 CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves);
+
+// Reads a list; returns how many there are.
+static inline uint32_t co_grid_list(const CoGridList *list, uint32_t patches[CO_LIST_PATCHES])
+{
+    const uint32_t count = list->count & 0xffu;
+    const uint32_t *far = (const uint32_t *)(const void *)(list + 1);
+    patches[0] = list->first;
+    for (uint32_t k = 1; k < count; k++)
+        patches[k] = list->count & CO_LIST_FAR ? far[k - 1] : list->first + list->near[k - 1];
+    return count;
+}
 
 // Tells the tree where leaves are and what they refer to.
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh);

@@ -223,7 +223,7 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
 }
 
 // Each a run of its own: patch k's first triangle, in the second half its second.
-static inline void number_list(GridBlock *block, const uint32_t tri[CO_LIST_PATCHES])
+static inline void number_list(GridBlock *block, const uint32_t tri[4])
 {
     block->count = CO_GRID_LIST_TRIS;
     block->first = tri[0];
@@ -232,31 +232,91 @@ static inline void number_list(GridBlock *block, const uint32_t tri[CO_LIST_PATC
         block->skipped[k - 1] = tri[k & 3u] + (k >> 2) - tri[0] - k;
 }
 
-// Patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first triangles of
-// all, 0 1 2, then the second, 0 2 3.
-static inline CoTriLeaf open_list(const CoBvh *bvh, uint32_t ref, GridBlock *block)
+// Up to 4 patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first
+// triangles of all, 0 1 2, then the second, 0 2 3.
+static inline CoTriLeaf open_quads(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
+                                   GridBlock *block)
 {
-    const void *at = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
-    const uint32_t *list = at;
-    uint32_t tri[CO_LIST_PATCHES];
+    uint32_t tri[4];
     const uint8_t corner[12] = {0x10, 0x32, 0x10, 0x32, 0x54, 0x76,
                                 0x98, 0xba, 0x98, 0xba, 0xdc, 0xfe};
     memcpy(block->corner, corner, sizeof corner);
     block->valid = 0;
-    for (uint32_t q = 0; q < CO_LIST_PATCHES; q++) {
-        const uint32_t *words = co_patch_words(bvh->patches, list[q]);
+    for (uint32_t q = 0; q < 4; q++) {
+        bool is_there = q < count;
+        const uint32_t patch = patches[is_there ? q : 0];
+        const uint32_t *words = co_patch_words(bvh->patches, patch);
         bool is_fan = co_patch_is_fan(bvh->patches, words);
         uint32_t *index = block->index + q;
         index[0] = words[0];
         index[4] = words[1];
         index[8] = words[2];
         index[12] = words[is_fan ? 0 : 3];
-        tri[q] = co_patch_first_tri(bvh->patches, list[q]);
-        bool is_there = q == 0 || list[q] != list[0];
+        tri[q] = co_patch_first_tri(bvh->patches, patch);
         block->valid |= ((uint32_t)is_there | (uint32_t)(is_there && !is_fan) << 4) << q;
     }
     number_list(block, tri);
     return gather_block(block, bvh->points);
+}
+
+// Up to 2 triangular patches with 2 squares a side: their 6 points, row by row, and 4 triangles;
+// one with 1 a side has the first triangle, of which the corners stand where that has them.
+static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
+                                       GridBlock *block)
+{
+    const CoPatchTable *table = bvh->patches;
+    const uint8_t corner[12] = {0x10, 0x31, 0x76, 0x97, 0x41, 0x42,
+                                0xa7, 0xa8, 0x33, 0x54, 0x99, 0xba};
+    uint32_t tri[2];
+    memcpy(block->corner, corner, sizeof corner);
+    block->count = CO_GRID_LIST_TRIS;
+    block->valid = 0;
+    for (uint32_t q = 0; q < 2; q++) {
+        const uint32_t patch = patches[q < count ? q : 0];
+        const uint32_t *words = co_patch_words(table, patch);
+        const uint32_t m = 1u << co_patch_shift(table, words);
+        uint32_t *index = block->index + 6 * q;
+        for (uint32_t k = 0; k < 6; k++) {
+            uint32_t i = k < 3 ? k : k < 5 ? k - 2 : 2, j = k < 3 ? 0 : k < 5 ? 1 : 2;
+            i = i < m ? i : m;
+            j = j < i ? j : i;
+            co_patch_settle(table, words, m, &i, &j);
+            index[k] = co_patch_point(table, words, m, i, j);
+        }
+        tri[q] = co_patch_first_tri(table, patch);
+        block->valid |= (q < count ? m > 1 ? 15u : 1u : 0) << 4 * q;
+    }
+    for (uint32_t k = 12; k < CO_LEAF_WIDTH; k++)
+        block->index[k] = block->index[0];
+    number_rows(block, tri[0], tri[1]);
+    return gather_block(block, bvh->points);
+}
+
+static inline CoTriLeaf open_patches(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
+                                     GridBlock *block)
+{
+    return bvh->patches->level == 0 ? open_quads(bvh, patches, count, block)
+                                    : open_triangles(bvh, patches, count, block);
+}
+
+static inline uint32_t open_list(const CoBvh *bvh, uint32_t ref, uint32_t patches[CO_LIST_PATCHES])
+{
+    const void *at = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
+    return co_grid_list(at, patches);
+}
+
+static inline bool trace_list(Group *group, Ray *ray, const Shear *shear, const CoBvh *bvh,
+                              uint32_t ref, uint32_t path)
+{
+    uint32_t patches[CO_LIST_PATCHES], count = open_list(bvh, ref, patches);
+    const uint32_t step = co_grid_list_step(bvh->patches);
+    GridBlock block;
+    for (uint32_t k = 0; k < count; k += step) {
+        const CoTriLeaf leaf = open_patches(bvh, patches + k, count - k, &block);
+        if (trace_block(group, ray, shear, &leaf, block.valid, path))
+            return true;
+    }
+    return false;
 }
 
 // One bit per block that the ray enters, as slab_node has it.
@@ -341,9 +401,7 @@ static inline bool trace_tile(Group *group, Ray *ray, const Shear *shear, const 
 static inline CoTriLeaf open_block(const CoBvh *bvh, uint32_t ref, GridBlock *block)
 {
     const uint32_t origin[2] = {0, 0};
-    if (bvh->patches->level > 0)
-        return open_squares(bvh, ref & CO_REF_LEAF_PLACE, origin, block);
-    return open_list(bvh, ref, block);
+    return open_squares(bvh, ref & CO_REF_LEAF_PLACE, origin, block);
 }
 
 // Returns true when the ray needs no more.
@@ -355,6 +413,8 @@ static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, co
     shear_load(ray, &shear);
     if (co_grid_has_tiles(bvh->patches))
         return trace_tile(group, ray, &shear, bvh, ref, path);
+    if (co_grid_is_list(bvh->patches))
+        return trace_list(group, ray, &shear, bvh, ref, path);
     const CoTriLeaf leaf = open_block(bvh, ref, &block);
     return trace_block(group, ray, &shear, &leaf, block.valid, path);
 }

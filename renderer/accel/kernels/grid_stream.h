@@ -76,6 +76,18 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
     }
 }
 
+static inline void stream_list(const StreamAsk *ask, uint64_t active, uint32_t ref)
+{
+    const CoBvh *bvh = ask->walk->bvh;
+    uint32_t patches[CO_LIST_PATCHES], count = open_list(bvh, ref, patches);
+    const uint32_t step = co_grid_list_step(bvh->patches);
+    GridBlock block;
+    for (uint32_t k = 0; k < count; k += step) {
+        const CoTriLeaf leaf = open_patches(bvh, patches + k, count - k, &block);
+        stream_triangles(ask, active & ~ask->rays->done, &leaf, leaf.count, block.valid);
+    }
+}
+
 static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref)
 {
     const CoBvh *bvh = ask->walk->bvh;
@@ -88,6 +100,8 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
         rays_settle(ask->rays, j, ray.to);
     } else if (co_grid_has_tiles(bvh->patches)) {
         stream_tile(ask, active, ref);
+    } else if (co_grid_is_list(bvh->patches)) {
+        stream_list(ask, active, ref);
     } else {
         const CoTriLeaf leaf = open_block(bvh, ref, &block);
         stream_triangles(ask, active, &leaf, leaf.count, block.valid);
