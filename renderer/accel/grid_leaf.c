@@ -6,7 +6,7 @@
 #include <string.h>
 
 // Of a full tile.
-#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 6 * CO_TILE_BLOCKS)
+#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 4 + 6 * CO_TILE_BLOCKS)
 _Static_assert(LEAF_BYTES_MAX % CO_LEAF_UNIT == 0, "leaves are whole units");
 
 // What a tree of patches is built over: patches, above level 3 tiles of them.
@@ -109,39 +109,37 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
 static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
 {
     if (tile->shift < CO_PATCH_TILE_SHIFT)
-        return tile->shift == CO_GRID_NARROW && !table->is_triangular ? 4 : 1;
+        return tile->shift == 2 && !table->is_triangular ? 2 : 1;
     return table->is_triangular && tile->i == tile->j ? 6 : 8;
 }
 
-static size_t tile_size(uint32_t blocks)
-{
-    size_t bytes = sizeof(CoGridLeaf) + (blocks > 1 ? 6 * blocks : 0);
-    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
-}
-
-static void write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
+static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
 {
     CoBox box = tile_box(mesh, tile);
-    CoGridLeaf leaf = {.patch = tile->patch, .i = (uint16_t)tile->i, .j = (uint16_t)tile->j};
-    uint32_t blocks = block_count(mesh->patches, tile);
-    leaf.blocks = (uint8_t)blocks;
+    const uint16_t at[2] = {(uint16_t)tile->i, (uint16_t)tile->j};
+    const bool is_placed = mesh->patches->level > CO_PATCH_TILE_SHIFT;
+    const uint32_t blocks = block_count(mesh->patches, tile);
+    CoGridLeaf leaf = {.patch = tile->patch,
+                       .blocks = (uint8_t)(is_placed ? blocks | CO_TILE_PLACED : blocks)};
     for (int k = 0; k < 3; k++) {
         leaf.origin[k] = box.lo[k];
         leaf.exponent[k] = find_exponent(box.lo[k], box.hi[k]);
     }
     memcpy(out, &leaf, sizeof leaf);
+    size_t bytes = sizeof leaf + (is_placed ? sizeof at : 0);
+    memcpy(out + sizeof leaf, at, bytes - sizeof leaf);
     for (uint32_t b = 0; blocks > 1 && b < blocks; b++) {
-        uint32_t at[2];
-        co_grid_block_at(blocks, b, at);
-        CoBox block =
-            squares_box(mesh, tile, tile->i + at[0], tile->j + at[1], blocks == 4 ? 2 : 4, 2);
-        unsigned char *planes = out + sizeof leaf + b;
+        uint32_t first[2];
+        co_grid_block_at(blocks, b, first);
+        CoBox block = squares_box(mesh, tile, tile->i + first[0], tile->j + first[1], 4, 2);
+        unsigned char *planes = out + bytes + b;
         for (uint32_t k = 0; k < 3; k++) {
             float step = co_grid_step(leaf.exponent[k]);
             planes[2 * k * blocks] = find_byte(leaf.origin[k], step, block.lo[k], false);
             planes[(2 * k + 1) * blocks] = find_byte(leaf.origin[k], step, block.hi[k], true);
         }
     }
+    return bytes + (blocks > 1 ? 6 * blocks : 0);
 }
 
 static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
@@ -188,8 +186,7 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
         *bytes = put_list(prims, (uint32_t)count, out);
     } else {
         Tile tile = find_tile(mesh->patches, prims[0].id);
-        *bytes = tile_size(block_count(mesh->patches, &tile));
-        write_tile(mesh, &tile, out);
+        *bytes = write_tile(mesh, &tile, out);
     }
     return CO_REF_LEAF;
 }
@@ -229,9 +226,12 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
         }
         return all;
     }
-    CoGridLeaf old;
-    memcpy(&old, leaf, sizeof old);
-    Tile tile = {old.patch, old.i, old.j, co_patch_shift(table, co_patch_words(table, old.patch))};
+    const CoGridLeaf *old = (const CoGridLeaf *)(const void *)leaf;
+    Tile tile = {old->patch, 0, 0, co_patch_shift(table, co_patch_words(table, old->patch))};
+    if (old->blocks & CO_TILE_PLACED) {
+        tile.i = old->at[0];
+        tile.j = old->at[1];
+    }
     write_tile(mesh, &tile, leaf);
     return tile_box(mesh, &tile);
 }

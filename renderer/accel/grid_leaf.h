@@ -1,13 +1,15 @@
 // Leaves over the patches of a subdivided mesh: no copy of points or triangles, only boxes.
 //
-// Triangles are tested by blocks of 4 x 2 squares: 15 points, 16 triangles; those of patches with
-// up to 4 squares a side by blocks of 2 x 2, of which rays enter fewer triangles. A triangular
-// patch of 4 squares a side is a block too. What a leaf is depends on the level of the mesh:
-//   0    up to 4 patches (quads, single triangles): their numbers, the first again where there are
-//        fewer
-//   where all patches are one block: that; the reference is the patch's number, there is nothing
-//   else else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 4, 6 or 8
-//   blocks
+// Triangles are tested by blocks of 4 x 2 squares: 15 points, 16 triangles; where a patch has fewer
+// squares, of 2 x 2. A triangular patch of 4 squares a side is a block too. What a leaf is depends
+// on the level of the mesh.
+//
+// - Level 0, and 1 of triangular patches: a list of patches (CoGridList), as many as are two
+//   blocks, or one where there are quads: 4 of a triangle or two, or 2 of four triangles, a block.
+// - Where all patches are one block, that: the reference is the patch's number, and there is
+//   nothing else.
+// - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
+//
 // Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
 // there are 6. Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none
 // of this.
@@ -21,7 +23,6 @@ enum {
     CO_LIST_PATCHES = 8,   // most of a list
     CO_GRID_LIST_TRIS = 8, // of a block of one
     CO_TILE_SQUARES = 8,   // a side
-    CO_GRID_NARROW = 2,    // log2 of the squares a side up to which blocks are 2 x 2
     CO_TILE_BLOCKS = 8
 };
 
@@ -35,21 +36,33 @@ typedef struct CoGridList {
 #define CO_LIST_FAR 0x8000u
 
 typedef struct CoGridLeaf {
+    float origin[3]; // a plane is origin + byte * step, in float
     uint32_t patch;
-    uint16_t i, j;       // first square
-    float origin[3];     // a plane is origin + byte * step, in float
     uint8_t exponent[3]; // of the steps, powers of two, as a float has it
-    uint8_t blocks;
-} CoGridLeaf; // then, of more than one, planes: bytes [6][blocks], rows as in CoWideNode
-_Static_assert(sizeof(CoGridLeaf) == 24, "followed by its planes");
+    uint8_t blocks;      // CO_TILE_PLACED: of a tile that is not a whole patch
+    uint16_t at[];       // of such, the first square, else nothing
+} CoGridLeaf; // then, of more than one block, planes: bytes [6][blocks], rows as in CoWideNode
+_Static_assert(sizeof(CoGridLeaf) == 20, "followed by its place and its planes");
+#define CO_TILE_PLACED 0x80u
 
-// Where block `place` of a tile of so many begins, in squares: row by row, two a row; of 6 the
-// third and fourth row have the second only.
+static inline uint32_t co_grid_blocks(const CoGridLeaf *leaf)
+{
+    return leaf->blocks & ~CO_TILE_PLACED;
+}
+
+static inline const uint8_t *co_grid_planes(const CoGridLeaf *leaf)
+{
+    return (const uint8_t *)(leaf->at + (leaf->blocks & CO_TILE_PLACED ? 2 : 0));
+}
+
+// Where block `place` of a tile of so many begins, in squares: row by row, two a row, or one where
+// there are 2; of 6 the third and fourth row have the second only.
 static inline void co_grid_block_at(uint32_t blocks, uint32_t place, uint32_t at[2])
 {
-    bool is_whole = blocks != 6 || place < 4;
-    at[0] = (blocks == 4 ? 2 : 4) * (is_whole ? place & 1u : 1);
-    at[1] = 2 * (is_whole ? place >> 1 : place - 2);
+    bool is_pair = blocks == 8 || (blocks == 6 && place < 4);
+    uint32_t row = is_pair ? place >> 1 : blocks == 6 ? place - 2 : place;
+    at[0] = is_pair ? 4 * (place & 1u) : blocks == 6 ? 4 : 0;
+    at[1] = 2 * row;
 }
 
 static inline bool co_grid_is_list(const CoPatchTable *table)

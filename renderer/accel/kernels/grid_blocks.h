@@ -186,15 +186,15 @@ static inline CoTriLeaf open_triangle(const CoBvh *bvh, const uint32_t *words, u
     return gather_block(block, bvh->points);
 }
 
-// The 4 x 2 squares from (i, j) on of a patch; 2 x 2 of one with 4 a side, or the one that it is;
-// all of a triangular one with 4 a side.
+// The 4 x 2 squares from (i, j) on of a patch, or all of one with fewer: the 2 x 2 or the one that
+// it is, or a triangular one with 4 a side.
 static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uint32_t at[2],
                                      GridBlock *block)
 {
     const CoPatchTable *table = bvh->patches;
     const uint32_t *words = co_patch_words(table, patch), first = words[0];
     uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
-    uint32_t m = 1u << shift, wide = shift > CO_GRID_NARROW ? 4 : 2;
+    uint32_t m = 1u << shift, wide = shift > 1 ? 4 : 2;
     if (table->is_triangular && shift == 2)
         return open_triangle(bvh, words, first_tri, block);
     block->count = 4 * wide;
@@ -205,7 +205,7 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     } else if (wide == 4) {
         block_indices(words, m, at[0], at[1], 4, block->index);
     } else if (shift) {
-        block_indices(words, m, at[0], at[1], 2, block->index);
+        block_indices(words, m, 0, 0, 2, block->index);
     } else {
         block->index[1] = words[1];
         block->index[3] = words[table->is_triangular ? 0 : 3];
@@ -323,7 +323,7 @@ static inline bool trace_list(Group *group, Ray *ray, const Shear *shear, const 
 static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const Ray *ray,
                                  float entry[CO_TILE_BLOCKS])
 {
-    const uint8_t *planes = (const uint8_t *)(leaf + 1);
+    const uint8_t *planes = co_grid_planes(leaf);
     uint32_t bits = 0;
     for (uint32_t i = 0; i < blocks; i += CO_LANE_WIDTH) {
         CoLane near = co_lane_set1(ray->from), far = co_lane_set1(ray->to);
@@ -357,9 +357,11 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
                                         GridBlock *block)
 {
     uint32_t at[2];
-    co_grid_block_at(tile->blocks, place, at);
-    at[0] += tile->i;
-    at[1] += tile->j;
+    co_grid_block_at(co_grid_blocks(tile), place, at);
+    if (tile->blocks & CO_TILE_PLACED) {
+        at[0] += tile->at[0];
+        at[1] += tile->at[1];
+    }
     return open_squares(bvh, tile->patch, at, block);
 }
 
@@ -381,8 +383,9 @@ static inline bool trace_tile(Group *group, Ray *ray, const Shear *shear, const 
     GridBlock block;
     uint32_t bits = 1;
     entry[0] = ray->from;
-    if (tile->blocks > 1) {
-        bits = slab_tile(tile, tile->blocks, ray, entry);
+    const uint32_t blocks = co_grid_blocks(tile);
+    if (blocks > 1) {
+        bits = slab_tile(tile, blocks, ray, entry);
         group->stats->bottom_nodes++;
     }
     while (bits) {

@@ -12,7 +12,7 @@ enum {
 static inline uint32_t unpack_tile(const CoGridLeaf *tile, uint32_t blocks,
                                    CoWideNode nodes[TILE_NODES])
 {
-    const uint8_t *planes = (const uint8_t *)(tile + 1);
+    const uint8_t *planes = co_grid_planes(tile);
     for (uint32_t row = 0; row < 6; row++) {
         CoLane origin = co_lane_set1(tile->origin[row / 2]);
         CoLane step = co_lane_set1(co_grid_step(tile->exponent[row / 2]));
@@ -57,12 +57,12 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
     StreamNode found[TILE_NODES];
     float first[CO_TILE_BLOCKS];
     GridBlock block;
-    if (tile->blocks == 1) {
+    if (co_grid_blocks(tile) == 1) {
         const CoTriLeaf leaf = open_tile_block(bvh, tile, 0, &block);
         stream_triangles(ask, active, &leaf, leaf.count, block.valid);
         return;
     }
-    uint32_t count = unpack_tile(tile, tile->blocks, nodes);
+    uint32_t count = unpack_tile(tile, co_grid_blocks(tile), nodes);
     for (uint32_t bits = enter_tile(ask, active, nodes, count, found, first); bits;) {
         uint32_t nearest = nearest_block(bits, first);
         uint32_t n = nearest / CO_NODE_WIDTH, place = nearest % CO_NODE_WIDTH;
