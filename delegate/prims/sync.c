@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/stop.h"
+#include "math/vec.h"
 #include "pass/render_thread.h"
 
 #include <math.h>
@@ -48,6 +49,19 @@ static bool is_finite_matrix(const double m[4][4])
     return true;
 }
 
+// Why a prim cannot stand there; NULL when it can. Lights and cameras judge their own scales.
+static const char *why_no_place(const CoPrim *prim, const double matrix[4][4])
+{
+    if (!is_finite_matrix(matrix))
+        return "the transform is not finite";
+    CoMat4d m, inverse;
+    memcpy(m.m, matrix, sizeof m.m);
+    bool has_shape = prim->type == COHORT_PRIM_MESH || prim->type == COHORT_PRIM_INSTANCER;
+    if (has_shape && !co_mat4d_invert_placement(&m, &inverse))
+        return "the transform is singular or scales beyond 1e18";
+    return NULL;
+}
+
 static void set_nowhere(CoPrim *prim, bool is_nowhere, bool *changed)
 {
     *changed = *changed || prim->is_nowhere != is_nowhere;
@@ -72,8 +86,10 @@ static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
                    samples[co_sync_nearest(&samples[0].time, count, sizeof *samples)].matrix,
                    sizeof matrix);
     }
-    if (!is_finite_matrix((const double(*)[4])matrix)) {
-        CohortError reason = {.message = "the transform is not finite"};
+    const char *why = why_no_place(prim, (const double(*)[4])matrix);
+    if (why) {
+        CohortError reason = {0};
+        snprintf(reason.message, sizeof reason.message, "%s", why);
         set_nowhere(prim, true, changed);
         return co_sync_refuse(index, prim, "transform", &reason, err);
     }

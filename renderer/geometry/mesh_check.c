@@ -1,5 +1,6 @@
 #include "geometry/mesh_internal.h"
 
+#include <math.h>
 #include <string.h>
 
 static bool check_levels(CoMeshBuild *build, const uint8_t *levels, size_t count, const char *of)
@@ -59,6 +60,33 @@ static bool check_topology(CoMeshBuild *build)
     return true;
 }
 
+// Areas and distances of what lies farther away are no floats: trees could not tell it apart, and rays
+// would take ages to miss it.
+#define REACH 1e30f
+
+static bool is_out_of_reach(float x)
+{
+    return isfinite(x) && fabsf(x) > REACH;
+}
+
+static bool drop_out_of_reach(CoMeshBuild *build)
+{
+    const CohortMeshDesc *d = build->desc;
+    size_t far = 0;
+    for (size_t k = 0; k < 3 * d->point_count; k++)
+        far += is_out_of_reach(d->points[k]);
+    if (far == 0)
+        return true;
+    float *points = co_mesh_scratch(build, 3 * d->point_count, sizeof *points);
+    CO_MESH_CHECK_MEMORY(build, points);
+    for (size_t k = 0; k < 3 * d->point_count; k++)
+        points[k] = is_out_of_reach(d->points[k]) ? NAN : d->points[k];
+    build->reachable = *d;
+    build->reachable.points = points;
+    build->desc = &build->reachable;
+    return true;
+}
+
 static bool point_is_finite(const CohortMeshDesc *d, size_t k)
 {
     return co_is_finite3(co_vec3_load(d->points + 3 * k));
@@ -111,7 +139,7 @@ static void drop_unusable(CoMeshBuild *build)
     if (small)
         co_mesh_warn(build, "%zu faces of fewer than 3 vertices are dropped", small);
     if (broken)
-        co_mesh_warn(build, "%zu faces with a NaN or infinite point are dropped", broken);
+        co_mesh_warn(build, "%zu faces with a point that is NaN or beyond 1e30 are dropped", broken);
 }
 
 static bool check_points(CoMeshBuild *build)
@@ -122,7 +150,7 @@ static bool check_points(CoMeshBuild *build)
         finite += point_is_finite(d, k);
     build->has_broken_points = finite != d->point_count;
     CO_MESH_CHECK(build, finite > 0 || d->face_vertex_index_count == 0, COHORT_ERROR_SCENE,
-                  "none of the %zu points is finite", d->point_count);
+                  "none of the %zu points is finite and within 1e30", d->point_count);
     return true;
 }
 
@@ -152,7 +180,7 @@ static bool count_ptex_faces(CoMeshBuild *build)
 
 bool co_mesh_check(CoMeshBuild *build)
 {
-    if (!check_sizes(build))
+    if (!check_sizes(build) || !drop_out_of_reach(build))
         return false;
     const CohortMeshDesc *d = build->desc;
     build->face_first = co_mesh_scratch(build, d->face_count + 1, sizeof *build->face_first);

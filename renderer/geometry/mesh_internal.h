@@ -88,6 +88,7 @@ typedef struct CoMeshBuild {
     uint8_t *face_dropped; // [face_count], scratch
     uint32_t dropped_count;
     bool has_broken_points; // some point is not finite
+    CohortMeshDesc reachable; // the description with points out of reach as NaN, where there are some
     CoPrimvarSource *sources;
     uint32_t source_count;
 } CoMeshBuild;

@@ -92,14 +92,6 @@ static CoMat4d placement_matrix(const CohortScene *scene, const CohortInstanceDe
     return co_mat4d_mul(&shift, &m);
 }
 
-static bool is_finite_matrix(const CoMat4d *m)
-{
-    for (int i = 0; i < 16; i++)
-        if (!isfinite(m->m[i / 4][i % 4]))
-            return false;
-    return true;
-}
-
 static bool box_is_empty(CoVec3 lo, CoVec3 hi)
 {
     return !(lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z);
@@ -131,9 +123,10 @@ static void place_instances(CohortScene *scene, CoSceneObject *object, const dou
         CoMat4d m = placement_matrix(scene, desc), inverse;
         for (int k = 0; k < 3; k++)
             m.m[3][k] -= frame[k];
-        if (!is_finite_matrix(&m) || !co_mat4d_invert_affine(&m, &inverse)) {
+        if (!co_mat4d_invert_placement(&m, &inverse)) {
             co_scene_warn(scene, COHORT_SEVERITY_WARNING, "",
-                          "an instance's transform is singular or not finite: left out");
+                          "an instance's transform is singular, not finite or scales beyond 1e18: "
+                          "left out");
             continue;
         }
         CoInstance *out = &object->instances[object->instance_count];
@@ -156,8 +149,7 @@ static void group_box(const CohortScene *scene, const CoSceneObject *object, dou
         const CoSceneObject *child = &scene->objects[desc->object];
         CoMat4d m = placement_matrix(scene, desc), inverse;
         if (!desc->hidden && child->kind != CO_OBJECT_EMPTY &&
-            !box_is_empty(child->box_min, child->box_max) && is_finite_matrix(&m) &&
-            co_mat4d_invert_affine(&m, &inverse))
+            !box_is_empty(child->box_min, child->box_max) && co_mat4d_invert_placement(&m, &inverse))
             grow_box(box, &m, child->box_min, child->box_max);
     }
 }

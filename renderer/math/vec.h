@@ -223,6 +223,26 @@ static inline bool co_mat4d_invert_affine(const CoMat4d *a, CoMat4d *out)
     return true;
 }
 
+// The inverse of a transform that rays can be taken through; false, *out untouched, for others: what is not
+// finite or singular, and scales beyond 1e18 either way, for which the square of a direction is no float.
+static inline bool co_mat4d_invert_placement(const CoMat4d *m, CoMat4d *out)
+{
+    CoMat4d inverse;
+    for (int i = 0; i < 16; i++)
+        if (!isfinite(m->m[i / 4][i % 4]))
+            return false;
+    if (!co_mat4d_invert_affine(m, &inverse))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        const double *row = inverse.m[i];
+        double square = row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
+        if (!(square > 1e-36) || !(square < 1e36))
+            return false;
+    }
+    *out = inverse;
+    return true;
+}
+
 // USD row-vector matrix to a column-vector affine, each entry rounded once.
 static inline CoAffine co_affine_from_mat4d(const CoMat4d *a)
 {

@@ -94,6 +94,36 @@ static void broken_points_drop_their_faces(void **state)
     co_mesh_destroy(&mesh);
 }
 
+// What is too far away for areas to be floats is named, and dropped as if it were at infinity.
+static void points_out_of_reach_drop_their_faces(void **state)
+{
+    (void)state;
+    for (int scheme = 0; scheme <= COHORT_SCHEME_NONE; scheme++) {
+        if (scheme == COHORT_SCHEME_LOOP)
+            continue; // quads
+        float points[24];
+        memcpy(points, cube_points, sizeof points);
+        CohortMeshDesc desc = cube_desc((CohortScheme)scheme, 1);
+        desc.points = points;
+        CoMesh whole, cut;
+        points[7] = -1e30f;
+        assert_int_equal(make_mesh(&desc, &whole), 0);
+        points[7] = INFINITY;
+        assert_int_equal(make_mesh(&desc, &cut) > 0, 1);
+        uint32_t left = cut.tri_count;
+        co_mesh_destroy(&cut);
+        points[7] = -3e38f;
+        assert_int_equal(make_mesh(&desc, &cut) > 0, 1);
+        assert_int_equal(cut.tri_count, left);
+        assert_true(left < whole.tri_count);
+        co_mesh_destroy(&cut);
+        co_mesh_destroy(&whole);
+        for (int i = 0; i < 24; i++)
+            points[i] *= 1e38f;
+        assert_int_equal(create_fails(&desc), COHORT_ERROR_SCENE);
+    }
+}
+
 static void small_faces_are_dropped(void **state)
 {
     (void)state;
@@ -157,6 +187,7 @@ int main(void)
         cmocka_unit_test(structural_faults_are_errors),
         cmocka_unit_test(empty_meshes_are_fine),
         cmocka_unit_test(broken_points_drop_their_faces),
+        cmocka_unit_test(points_out_of_reach_drop_their_faces),
         cmocka_unit_test(small_faces_are_dropped),
         cmocka_unit_test(allocation_failures),
     };

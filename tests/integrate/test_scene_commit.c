@@ -1,4 +1,4 @@
-// Commits that are stopped go on where they were.
+// Commits that are stopped go on where they were; what cannot be placed is left out by name.
 
 #include "support/scenes.h"
 
@@ -40,10 +40,44 @@ static void a_stopped_commit_goes_on(void **state)
     cohort_scene_destroy(scene);
 }
 
+// A placement that no ray can be taken into is named and left out, whichever way it is too much.
+static void placements_out_of_reach_are_left_out(void **state)
+{
+    (void)state;
+    static const struct {
+        double x, y, z;
+        bool is_shown;
+    } scales[] = {{1e17, 1e17, 1e17, true}, {1e-17, 1e-17, 1e-17, true}, {1e20, 1e20, 1e20, false},
+                  {1e-20, 1e-20, 1e-20, false}, {1, 1e-20, 1, false}, {1, 0, 1, false},
+                  {1e200, 1e200, 1e200, false}};
+    for (size_t i = 0; i < sizeof scales / sizeof scales[0]; i++) {
+        CohortError err = {0};
+        CohortScene *scene = test_scene(&err);
+        uint32_t glow = test_matte(scene, 0.0f, 0.5f, &err);
+        uint32_t object = test_quads(scene, points, 4, indices, 1, white, glow, &err);
+        CohortInstanceDesc place = test_place(object, 0, 0, 0, 1);
+        place.transform[0][0] = scales[i].x;
+        place.transform[1][1] = scales[i].y;
+        place.transform[2][2] = scales[i].z;
+        TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
+        CohortCameraDesc camera = {.window = {-1, 1, -1, 1}, .clip_near = 0.1, .clip_far = 10};
+        test_identity(camera.transform);
+        TEST_OK(cohort_scene_set_camera(scene, &camera, &err), &err);
+        TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+        CohortSceneCounts counts;
+        cohort_scene_counts(scene, &counts);
+        assert_int_equal(counts.instance_count, scales[i].is_shown);
+        const CohortDiagnostic *warnings;
+        assert_int_equal(cohort_scene_warnings(scene, &warnings), !scales[i].is_shown);
+        cohort_scene_destroy(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stopped_commit_goes_on),
+        cmocka_unit_test(placements_out_of_reach_are_left_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
