@@ -71,7 +71,8 @@ static void place(CohortInstanceDesc *d, const CoPrim *prim, const CohortInstanc
     bool has_color = source->display_colors && (!source->colored || source->colored[i]);
     *d = (CohortInstanceDesc){.prim_id = -1,
                               .hidden = !prim->is_visible || (source->hidden && source->hidden[i]),
-                              .display_color = has_color ? source->display_colors + 3 * i : NULL};
+                              .display_color = has_color ? source->display_colors + 3 * i : NULL,
+                              .color_yields = source->colors_yield};
     memcpy(d->transform, world.m, sizeof d->transform);
 }
 

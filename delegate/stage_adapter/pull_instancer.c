@@ -11,18 +11,6 @@
 
 // ---- Native instances --------------------------------------------------------------------------
 
-// Marks the prototypes whose meshes have colors of their own, which placements must not replace.
-static void mark_own_colors(const CohortAdapter *a, uint8_t *has_own)
-{
-    for (size_t i = 0; i < a->record_count; i++) {
-        const CoRecord *r = &a->records[i];
-        float color[3];
-        if (r->kind == CO_RECORD_MESH && r->prototype != CO_WORLD && !has_own[r->prototype])
-            has_own[r->prototype] = cohort_prim_has_attribute(r->prim, "primvars:displayColor") ||
-                                    co_inherited_color(a, (CoPlace){r->prim, r->prototype}, color);
-    }
-}
-
 static bool set_samples(CohortPull *pull, double (*transforms)[4][4], CohortInstancerSource *out,
                         CohortError *err)
 {
@@ -34,15 +22,14 @@ static bool set_samples(CohortPull *pull, double (*transforms)[4][4], CohortInst
     return true;
 }
 
-// The colors that placements hand down, each to a prototype that has none.
+// The colors that placements hand down, each to the meshes that have none.
 static bool set_placement_colors(const CohortAdapter *a, const CoPlacement *placements,
                                  size_t count, CohortPull *pull, CohortInstancerSource *out,
                                  CohortError *err)
 {
     float *colors = cohort_pull_array(pull, count, 3 * sizeof *colors);
     uint8_t *colored = cohort_pull_array(pull, count, 1);
-    uint8_t *has_own = cohort_pull_array(pull, a->prototype_count, 1);
-    CO_CHECK(colors && colored && has_own, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    CO_CHECK(colors && colored, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     bool any = false;
     for (size_t i = 0; i < count; i++) {
         CoPlace place = {placements[i].prim, placements[i].within};
@@ -51,10 +38,8 @@ static bool set_placement_colors(const CohortAdapter *a, const CoPlacement *plac
     }
     if (!any)
         return true;
-    mark_own_colors(a, has_own);
-    for (size_t i = 0; i < count; i++)
-        colored[i] = colored[i] && !has_own[placements[i].prototype];
     out->display_colors = colors;
+    out->colors_yield = true;
     out->colored = colored;
     return true;
 }

@@ -144,7 +144,7 @@ struct CohortScene {
     bool has_box, is_committed;
     float rec709[9]; // linear Rec.709 -> rendering space, row-major
     bool converts;   // and whether that changes anything
-    bool has_cutouts;  // some material may pass rays
+    bool has_cutouts;  // some material or unbound mesh may pass rays
     bool has_lookups;  // some material looks textures up
     uint64_t path_count;
     CohortSceneCounts counts;

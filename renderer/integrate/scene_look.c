@@ -63,9 +63,19 @@ static void survey_colors(CohortScene *scene)
         scene->materials[i].rec709 = scene->converts ? scene->rec709 : NULL;
 }
 
+static bool has_display_opacity(const CohortScene *scene)
+{
+    bool found = false;
+    for (uint32_t i = 0; i < scene->object_count && !found; i++)
+        found = scene->objects[i].kind == CO_OBJECT_MESH &&
+                co_mesh_primvar_find(&scene->objects[i].mesh, "displayOpacity") >= 0;
+    return found;
+}
+
 static void survey_materials(CohortScene *scene)
 {
-    scene->has_cutouts = scene->has_lookups = false;
+    scene->has_lookups = false;
+    scene->has_cutouts = has_display_opacity(scene);
     for (uint32_t i = 0; i < scene->material_count; i++) {
         scene->has_cutouts = scene->has_cutouts || scene->materials[i].may_pass;
         scene->has_lookups = scene->has_lookups || scene->materials[i].lookup_count > 0;

@@ -85,7 +85,7 @@ static void shade_light_ray(ShadeContext *c, const CoRay *ray, const CoHitRecord
 {
     CoVec3 through = co_vec3_splat(0.0f), emissive;
     CoBsdf bsdf;
-    if (vertex->material && vertex->material->may_pass) {
+    if (co_vertex_may_pass(vertex)) {
         co_vertex_bsdf(c->render->scene, vertex, &bsdf, &emissive);
         through = co_vertex_transmittance(vertex, &bsdf);
     }
@@ -106,7 +106,8 @@ static bool passes(ShadeContext *c, const CoHitRecord *hit, Scatter *s)
     if (is_black(through))
         return false;
     const CoMaterial *material = s->vertex->material;
-    bool is_cutout = material->opacity_threshold > 0.0f || material->opacity_presence;
+    bool is_cutout =
+        !material || material->opacity_threshold > 0.0f || material->opacity_presence;
     float reflecting = s->bsdf.p_diffuse + s->bsdf.p_specular + s->bsdf.p_coat;
     float most = !is_cutout && reflecting > 0.0f ? 0.98f : 1.0f;
     float p = fminf(co_max3(through), most);

@@ -61,15 +61,17 @@ static void recall_display(const CohortScene *scene, CoPlacementMemo *memo)
         return;
     memo->has_display = true;
     memo->display_primvar = -1;
+    memo->opacity_primvar = co_mesh_primvar_find(memo->triangle.mesh, "displayOpacity");
+    int own = co_mesh_primvar_find(memo->triangle.mesh, "displayColor");
     for (uint32_t level = memo->placement.chain_length; level-- > 0;) {
         const CohortInstanceDesc *edit = instance_edit(scene, &memo->placement, level);
-        if (!edit->display_color)
+        if (!edit->display_color || (edit->color_yields && own >= 0))
             continue;
         memo->display = co_vec3_load(edit->display_color);
         return;
     }
     memo->display = co_vec3_splat(0.18f);
-    memo->display_primvar = co_mesh_primvar_find(memo->triangle.mesh, "displayColor");
+    memo->display_primvar = own;
 }
 
 static void recall_placement(const CohortScene *scene, CoPlacementMemo *memo, uint32_t instance)
@@ -207,11 +209,26 @@ void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *ou
         co_bsdf_preview(&surface, ns, vertex->ng, vertex->wo, out);
 }
 
+static float display_opacity(const CoVertex *vertex)
+{
+    const CoShadeHit *hit = &vertex->hit;
+    float value[4];
+    co_mesh_primvar(hit->mesh, vertex->memo->opacity_primvar, hit->tri, hit->u, hit->v, value);
+    return value[0];
+}
+
+bool co_vertex_may_pass(const CoVertex *vertex)
+{
+    return vertex->material ? vertex->material->may_pass : vertex->memo->opacity_primvar >= 0;
+}
+
 CoVec3 co_vertex_transmittance(const CoVertex *vertex, const CoBsdf *bsdf)
 {
     const CoMaterial *material = vertex->material;
-    if (!material || !material->may_pass)
+    if (!co_vertex_may_pass(vertex))
         return co_vec3_splat(0.0f);
+    if (!material)
+        return co_vec3_splat(1.0f - co_clamp(display_opacity(vertex), 0.0f, 1.0f));
     if (material->opacity_threshold <= 0.0f && !material->opacity_presence)
         return co_bsdf_transmittance(bsdf, vertex->wo);
     float opacity = co_material_opacity(material, &vertex->hit);

@@ -17,6 +17,7 @@ typedef struct CoPlacementMemo {
     const CoMaterial *material;
     bool has_display;
     int display_primvar; // of the mesh, -1: the color below
+    int opacity_primvar; // its displayOpacity, -1: opaque
     CoVec3 display;
 } CoPlacementMemo;
 
@@ -43,6 +44,9 @@ CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng);
 // The BSDF of the vertex; emissive receives what the surface sends towards wo.
 void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out,
                     CoVec3 *emissive);
+
+// Whether rays may go straight through.
+bool co_vertex_may_pass(const CoVertex *vertex);
 
 // What the surface lets straight through, 0 to 1 per channel, given its BSDF.
 CoVec3 co_vertex_transmittance(const CoVertex *vertex, const CoBsdf *bsdf);

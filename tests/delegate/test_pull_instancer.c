@@ -13,8 +13,8 @@
 
 // ---- Native instances --------------------------------------------------------------------------
 
-// One placement whose prototype has a color of its own takes no color from the others.
-static void test_placements_keep_their_colors(void **state)
+// Placements hand their colors down, each its own, to meshes that have none.
+static void test_placements_hand_colors_down(void **state)
 {
     (void)state;
     open_stage("class Xform 'P' { def Mesh 'A' { $triangle } }"
@@ -29,7 +29,8 @@ static void test_placements_keep_their_colors(void **state)
     assert_int_equal(root->instance_count, 3);
     assert_true(root->colors[0][0] == 1.0f);
     assert_non_null(root->instances[0].display_color);
-    assert_null(root->instances[1].display_color);
+    assert_true(root->colors[1][1] == 1.0f);
+    assert_true(root->instances[0].color_yields && root->instances[1].color_yields);
     assert_null(root->instances[2].display_color);
 }
 
@@ -192,7 +193,7 @@ static void test_motion_is_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_placements_keep_their_colors, close_stage),
+        cmocka_unit_test_teardown(test_placements_hand_colors_down, close_stage),
         cmocka_unit_test_teardown(test_every_array_counts, close_stage),
         cmocka_unit_test_teardown(test_nested_point_instancers, close_stage),
         cmocka_unit_test_teardown(test_instancers_without_sense_are_named, close_stage),

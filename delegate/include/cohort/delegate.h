@@ -189,6 +189,7 @@ typedef struct CohortInstancerSource {
     const uint8_t *hidden;       // [instance_count], 1 = not drawn; NULL = all drawn
     const float *display_colors; // [instance_count * 3] or NULL
     const uint8_t *colored;      // [instance_count], 0 = its color is not to be used; NULL = all 1
+    bool colors_yield;           // they are for meshes without a displayColor of their own
 } CohortInstancerSource;
 
 typedef enum CohortConformPolicy {

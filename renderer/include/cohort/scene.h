@@ -106,7 +106,8 @@ typedef struct CohortMeshDesc {
     size_t primvar_count;
     const CohortSubsetDesc *subsets;
     size_t subset_count;
-    uint32_t material;         // COHORT_INVALID_ID: Lambertian with the displayColor primvar
+    uint32_t material;         // COHORT_INVALID_ID: Lambertian with the primvars displayColor
+                               // and displayOpacity
     uint32_t ptex_face_offset; // added to the Ptex face id (ptexFaceOffset)
 } CohortMeshDesc;
 
@@ -125,6 +126,7 @@ typedef struct CohortInstanceDesc {
     bool hidden;             // takes no part in anything
     uint32_t hidden_from;    // CohortHidden bits
     const float *display_color; // 3 floats replacing the mesh's displayColor, or NULL
+    bool color_yields; // display_color is for meshes without displayColor alone
 } CohortInstanceDesc;
 
 CohortScene *cohort_scene_create(CohortError *err);
