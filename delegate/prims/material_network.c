@@ -123,6 +123,8 @@ static void connect(CoNetwork *net, const CohortMaterialNode *surface, const Coh
         out->kind = COHORT_INPUT_TEXTURE;
         out->lookup = lookup;
         out->channel = channel_of(input->source_output);
+        if (strcmp(input->name, "normal") == 0)
+            co_network_check_normals(net, source);
         return;
     }
     if (starts_with(source->id, "UsdPrimvarReader_")) {
@@ -161,6 +163,18 @@ static float constant_number(CoNetwork *net, const CohortMaterialNode *surface, 
     return input->components ? input->value[0] : fallback;
 }
 
+static void report_flat_normal(CoNetwork *net, const CohortMaterialNode *surface)
+{
+    const CohortNodeInput *normal = co_network_input(surface, "normal");
+    char value[64];
+    if (!normal || co_network_source(net, normal) || normal->components != 3 ||
+        (normal->value[0] == 0.0f && normal->value[1] == 0.0f && normal->value[2] > 0.0f))
+        return;
+    snprintf(value, sizeof value, "%g, %g, %g", (double)normal->value[0], (double)normal->value[1],
+             (double)normal->value[2]);
+    co_network_report(net, surface, "inputs:normal", value, "only maps bend normals: ignored");
+}
+
 static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surface)
 {
     CohortMaterialDesc *desc = &net->desc;
@@ -179,6 +193,7 @@ static void read_preview_surface(CoNetwork *net, const CohortMaterialNode *surfa
                   {"normal", &desc->normal}};
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
         read_input(net, surface, inputs[i].name, inputs[i].input);
+    report_flat_normal(net, surface);
     desc->use_specular_workflow =
         constant_number(net, surface, "useSpecularWorkflow", 0.0f) != 0.0f;
     desc->opacity_threshold = constant_number(net, surface, "opacityThreshold", 0.0f);

@@ -42,6 +42,9 @@ bool co_network_has_file(const CohortMaterialNode *node);
 // is no normal that points out of the surface: normal maps that were lost.
 bool co_network_is_lost_relief(const CohortMaterialNode *node);
 
+// Reports a texture node that normals are read from as if it held colors.
+void co_network_check_normals(CoNetwork *net, const CohortMaterialNode *node);
+
 // An input of a node by name, NULL when it is not authored, or a constant that is not finite.
 const CohortNodeInput *co_network_input(const CohortMaterialNode *node, const char *name);
 

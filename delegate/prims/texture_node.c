@@ -5,7 +5,11 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
+
+// Stands for a scale of zero, which the renderer reads as one.
+#define NOTHING 1e-30f
 
 bool co_network_is_texture(const CohortMaterialNode *node)
 {
@@ -66,10 +70,10 @@ static CohortWrap wrap_of(CoNetwork *net, const CohortMaterialNode *node, const 
     return COHORT_WRAP_USE_METADATA;
 }
 
-static bool ends_with_ptx(const char *path)
+static bool ends_with(const char *path, const char *end)
 {
-    size_t length = strlen(path);
-    return length >= 4 && strcmp(path + length - 4, ".ptx") == 0;
+    size_t length = strlen(path), end_length = strlen(end);
+    return length >= end_length && strcasecmp(path + length - end_length, end) == 0;
 }
 
 // Where st is one point of the image for the whole surface, the texture is a color: a filter that
@@ -92,7 +96,7 @@ static void keep_point_inside(const CoNetwork *net, const CohortMaterialNode *no
 static void read_uv_node(CoNetwork *net, const CohortMaterialNode *node,
                          const CohortNodeInput *file, CohortTextureDesc *desc)
 {
-    desc->is_ptex = ends_with_ptx(desc->path);
+    desc->is_ptex = ends_with(desc->path, ".ptx");
     desc->wrap_s = wrap_of(net, node, "wrapS");
     desc->wrap_t = wrap_of(net, node, "wrapT");
     keep_point_inside(net, node, desc);
@@ -147,6 +151,26 @@ bool co_network_is_lost_relief(const CohortMaterialNode *node)
     return !(color[2] * scale[2] + bias[2] > 0.0f);
 }
 
+void co_network_check_normals(CoNetwork *net, const CohortMaterialNode *node)
+{
+    static const char *const formats[] = {".png", ".jpg", ".jpeg", ".tga", ".bmp"};
+    const CohortNodeInput *file = co_network_input(node, "file");
+    bool is_unsigned = false;
+    for (size_t i = 0; i < sizeof formats / sizeof formats[0]; i++)
+        is_unsigned = is_unsigned || ends_with(string_of(file), formats[i]);
+    if (!is_unsigned || strcmp(node->id, "UsdUVTexture") != 0)
+        return;
+    if (!co_network_input(node, "bias"))
+        co_network_report(net, node, "inputs:bias", "",
+                          "normals in this format want scale 2, bias -1: taken as they are");
+    const char *space = string_of(co_network_input(node, "sourceColorSpace"));
+    if (file->color_space && file->color_space[0])
+        space = file->color_space;
+    if (!space[0] || strcmp(space, "auto") == 0 || strcasecmp(space, "sRGB") == 0)
+        co_network_report(net, node, "inputs:sourceColorSpace", space,
+                          "normals want raw: decoded as a color if they are 8-bit or say sRGB");
+}
+
 static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
 {
     const CohortNodeInput *file = co_network_input(node, "file");
@@ -169,6 +193,12 @@ static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
     return co_sync_texture(net->index, &desc, net->err);
 }
 
+static void report_varying(CoNetwork *net, const CohortMaterialNode *node, const char *name)
+{
+    if (co_network_source(net, co_network_input(node, name)))
+        co_network_report(net, node, name, "connection", "cannot vary: its default");
+}
+
 // ---- Texture coordinates -----------------------------------------------------------------------
 
 static void read_transform(CoNetwork *net, const CohortMaterialNode *node, CohortLookupDesc *lookup)
@@ -177,10 +207,12 @@ static void read_transform(CoNetwork *net, const CohortMaterialNode *node, Cohor
     numbers_of(co_network_input(node, "scale"), lookup->st_scale, 2);
     numbers_of(co_network_input(node, "rotation"), &lookup->st_rotation_degrees, 1);
     numbers_of(co_network_input(node, "translation"), lookup->st_translation, 2);
-    const char *const inputs[] = {"scale", "rotation", "translation"};
-    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++)
-        if (co_network_source(net, co_network_input(node, inputs[i])))
-            co_network_report(net, node, inputs[i], "connection", "cannot vary: its default");
+    report_varying(net, node, "scale");
+    report_varying(net, node, "rotation");
+    report_varying(net, node, "translation");
+    // The renderer reads an all-zero scale as one; coordinates scaled to nothing are one point.
+    if (lookup->st_scale[0] == 0.0f && lookup->st_scale[1] == 0.0f)
+        lookup->st_scale[0] = lookup->st_scale[1] = NOTHING;
 }
 
 static void read_reader(CoNetwork *net, const CohortMaterialNode *node, CohortLookupDesc *lookup)
@@ -237,9 +269,11 @@ uint32_t co_network_lookup(CoNetwork *net, int32_t node_index)
     read_coordinates(net, node, lookup);
     numbers_of(co_network_input(node, "scale"), lookup->scale, 4);
     numbers_of(co_network_input(node, "bias"), lookup->bias, 4);
+    report_varying(net, node, "scale");
+    report_varying(net, node, "bias");
     // The renderer reads an all-zero scale as one; a texture scaled to nothing is its bias.
     if (all_zero(lookup->scale))
-        lookup->scale[0] = lookup->scale[1] = lookup->scale[2] = lookup->scale[3] = 1e-30f;
+        lookup->scale[0] = lookup->scale[1] = lookup->scale[2] = lookup->scale[3] = NOTHING;
     net->lookup_nodes[count] = node_index;
     net->desc.lookup_count = count + 1;
     return (uint32_t)count;

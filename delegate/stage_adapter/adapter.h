@@ -40,6 +40,8 @@ typedef struct CoRecord {
     const char *material;   // meshes: path in the index, NULL = none
     uint32_t *placed;       // point instancers: entry of each prototype target
     size_t placed_count;
+    const char **needs; // materials: primvars whose readers have no fallback
+    size_t need_count;
 } CoRecord;
 
 // One native instance to be placed.

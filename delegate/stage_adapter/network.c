@@ -202,6 +202,41 @@ static int32_t find_terminal(Network *net, const CohortPrim *material, const cha
     return source.is_output ? add_node(net, source.prim) : -1;
 }
 
+static const CohortNodeInput *find_input(const CohortMaterialNode *node, const char *name)
+{
+    for (size_t i = 0; i < node->input_count; i++)
+        if (strcmp(node->inputs[i].name, name) == 0)
+            return &node->inputs[i];
+    return NULL;
+}
+
+// The primvar that a node cannot do without; NULL when it reads none or has a fallback for it.
+static const char *needed_primvar(const CohortMaterialNode *node)
+{
+    const CohortNodeInput *varname = find_input(node, "varname");
+    bool is_reader = co_starts_with(node->id, "UsdPrimvarReader") && varname && varname->string;
+    return is_reader && !find_input(node, "fallback") ? varname->string : NULL;
+}
+
+// Lists them once, for the report on meshes that lack them.
+static void note_needs(const Network *net, CoRecord *record)
+{
+    CoArena *arena = &net->adapter->arena;
+    if (record->needs)
+        return;
+    record->needs = co_arena_array(arena, net->count + 1, sizeof *record->needs);
+    for (size_t i = 0; i < net->count && record->needs; i++) {
+        const char *name = needed_primvar(&net->nodes[i]);
+        const char *kept = name ? co_arena_string(arena, name, strlen(name)) : NULL;
+        if (kept)
+            record->needs[record->need_count++] = kept;
+        else if (name)
+            CO_FAIL(net->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    }
+    if (!record->needs)
+        CO_FAIL(net->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+}
+
 static void report_volume(const CohortAdapter *a, const CohortPrim *material)
 {
     const char *const *connections;
@@ -226,6 +261,7 @@ bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMa
     out->surface = output ? find_terminal(&net, record->prim, output) : -1;
     out->displacement = find_terminal(&net, record->prim, "outputs:displacement");
     report_volume(a, record->prim);
+    note_needs(&net, &a->records[record - a->records]);
     out->nodes = net.nodes;
     out->node_count = net.count;
     if (own.code != COHORT_OK && err)

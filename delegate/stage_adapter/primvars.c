@@ -91,6 +91,15 @@ static bool has_element_size(const CohortPrim *prim, const char *attribute)
            value.type == COHORT_TYPE_INT && value.count && *(const int32_t *)value.data != 1;
 }
 
+// What most exporters write: it would only make rays ask.
+static bool is_opaque(const CohortPrimvarDesc *d)
+{
+    bool found = strcmp(d->name, "displayOpacity") == 0;
+    for (size_t i = 0; i < d->value_count && found; i++)
+        found = d->values[i * d->components] >= 1.0f;
+    return found;
+}
+
 // Adds one attribute of a prim as the primvar `name`, if it holds numbers that fit the mesh.
 static void add_primvar(Gather *g, const CohortPrim *prim, const char *attribute, const char *name,
                         CohortInterpolation fallback)
@@ -112,7 +121,7 @@ static void add_primvar(Gather *g, const CohortPrim *prim, const char *attribute
         co_adapter_report(g->adapter, prim, attribute, "elementSize", "left out");
         return;
     }
-    if (check_length(g, prim, attribute, &d))
+    if (check_length(g, prim, attribute, &d) && !is_opaque(&d))
         g->list[g->count++] = d;
 }
 
@@ -133,6 +142,20 @@ static void gather_prim(Gather *g, const CohortPrim *prim, bool is_own, bool wit
     }
 }
 
+// A lookup without its coordinates shows one texel: that is seldom what was meant.
+static void report_missing(const Gather *g, const CoRecord *mesh, const char *material)
+{
+    const CoRecord *record = material ? co_record_find(g->adapter, material) : NULL;
+    for (size_t i = 0; record && i < record->need_count; i++) {
+        char name[NAME_SIZE];
+        if (has_name(g, record->needs[i]))
+            continue;
+        snprintf(name, sizeof name, "%s%s", prefix, record->needs[i]);
+        co_adapter_report(g->adapter, mesh->prim, name, "",
+                          "the material reads it, but it is not here: a default");
+    }
+}
+
 bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull *pull,
                       CohortMeshSource *out, CohortError *err)
 {
@@ -150,6 +173,9 @@ bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull
     // A color inherited from outside the prototype differs by placement and comes with it.
     while (co_place_up(adapter, &place) && g.count < MAX_PRIMVARS)
         gather_prim(&g, place.prim, false, place.prototype == record->prototype);
+    report_missing(&g, record, record->material);
+    for (size_t i = 0; i < out->mesh.subset_count && out->subset_materials; i++)
+        report_missing(&g, record, out->subset_materials[i]);
     out->mesh.primvars = g.list;
     out->mesh.primvar_count = g.count;
     return true;

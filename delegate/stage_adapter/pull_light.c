@@ -97,6 +97,18 @@ static void report_relationship(const CohortAdapter *a, const CohortPrim *prim, 
         co_adapter_report(a, prim, name, targets[0], action);
 }
 
+static void report_shadow_color(const CohortAdapter *a, const CohortPrim *prim)
+{
+    const char *name = name_of(prim, "inputs:shadow:color");
+    double color[3] = {0};
+    if (!cohort_prim_numbers(prim, name, a->time, color, 3) ||
+        (color[0] == 0.0 && color[1] == 0.0 && color[2] == 0.0))
+        return;
+    char value[64];
+    snprintf(value, sizeof value, "%g, %g, %g", color[0], color[1], color[2]);
+    co_adapter_report(a, prim, name, value, "shadows are black");
+}
+
 static void report_unsupported(const CohortAdapter *a, const CohortPrim *prim)
 {
     report_relationship(a, prim, "light:filters", "light filters are ignored");
@@ -112,6 +124,7 @@ static void report_unsupported(const CohortAdapter *a, const CohortPrim *prim)
                           "no linking: lights everything");
     report_unless(a, prim, "inputs:shadow:distance", -1.0, "shadows at any distance");
     report_unless(a, prim, "inputs:shadow:falloff", -1.0, "shadows without falloff");
+    report_shadow_color(a, prim);
     const CohortAsset *ies;
     const char *name = name_of(prim, "inputs:shaping:ies:file");
     if (cohort_prim_assets(prim, name, a->time, &ies) && ies[0].authored[0])

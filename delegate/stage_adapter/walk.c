@@ -86,6 +86,17 @@ static bool is_never_visible(const CohortAdapter *adapter, const CohortPrim *pri
            cohort_prim_time_samples(prim, "visibility", &times) == 0;
 }
 
+// Prims of other types that are made lights by an API schema.
+static void report_light_api(const CohortAdapter *adapter, const CohortPrim *prim)
+{
+    static const char *const names[] = {"MeshLightAPI", "VolumeLightAPI", "LightAPI"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (cohort_prim_has_api(prim, names[i])) {
+            co_adapter_report(adapter, prim, names[i], "", "gives no light");
+            return;
+        }
+}
+
 // ---- Meshes ------------------------------------------------------------------------------------
 
 static bool add_mesh(Walk *walk, CoPlace place)
@@ -103,8 +114,6 @@ static bool add_mesh(Walk *walk, CoPlace place)
         if (strcmp(cohort_prim_type(child.prim), "GeomSubset") == 0)
             co_record_material(a, child, co_binding_resolve(a, child), walk->err);
     }
-    if (cohort_prim_has_api(place.prim, "MeshLightAPI"))
-        co_adapter_report(a, place.prim, "MeshLightAPI", "", "drawn, but gives no light");
     if (cohort_prim_has_api(place.prim, "SkelBindingAPI"))
         co_adapter_report(a, place.prim, "SkelBindingAPI", "", "drawn without skinning");
     return co_record_add(a, &record, COHORT_PRIM_MESH, walk->err) != NULL;
@@ -403,6 +412,8 @@ static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
         return false;
     if (is_unsupported_light(type))
         co_adapter_report(a, place.prim, type, "", "not supported: left out");
+    else if (!co_is_light_type(type))
+        report_light_api(a, place.prim);
     if (is_drawn && is_unsupported_shape(type))
         co_adapter_report(a, place.prim, type, "", "not supported: not drawn");
     if (cohort_prim_is_instance(place.prim) && cohort_prim_prototype(place.prim))

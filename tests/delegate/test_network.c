@@ -190,6 +190,70 @@ static void test_many_nodes(void **state)
     assert_int_not_equal(fake_mesh("/A")->material, COHORT_INVALID_ID);
 }
 
+// ---- Textures that are not what they should be -------------------------------------------------
+
+static void open_textured(const char *surface, const char *texture)
+{
+    char body[2048];
+    snprintf(body, sizeof body,
+             "def Material 'M' { token outputs:surface.connect = </M/S.outputs:surface>;"
+             "  def Shader 'S' { uniform token info:id = 'UsdPreviewSurface'; %s;"
+             "    token outputs:surface }"
+             "  def Shader 'T' { uniform token info:id = 'UsdUVTexture';"
+             "    float4 inputs:fallback = (0,0,1,1); %s; float3 outputs:rgb }"
+             "  def Shader 'X' { uniform token info:id = 'UsdTransform2d';"
+             "    float2 inputs:scale = (0,0); float2 outputs:result } }"
+             "def Mesh 'A' { $triangle rel material:binding = </M> }",
+             surface, texture);
+    open_stage(body);
+}
+
+// In formats without negative numbers normals must be scaled and biased, and they are no colors.
+static void test_normals_read_as_colors(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *texture;
+        bool bias, space;
+    } cases[] = {
+        {"asset inputs:file = @n.png@", true, true},
+        {"asset inputs:file = @n.PNG@; float4 inputs:bias = (0,0,0,0)", false, true},
+        {"asset inputs:file = @n.jpg@; token inputs:sourceColorSpace = 'raw'", true, false},
+        {"asset inputs:file = @n.tga@ (colorSpace = 'raw')", true, false},
+        {"asset inputs:file = @n.exr@", false, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        open_textured("normal3f inputs:normal.connect = </M/T.outputs:rgb>", cases[i].texture);
+        assert_int_equal(is_reported("/M/T", "inputs:bias"), cases[i].bias);
+        assert_int_equal(is_reported("/M/T", "inputs:sourceColorSpace"), cases[i].space);
+        close_stage(NULL);
+    }
+}
+
+static void test_constant_normals(void **state)
+{
+    (void)state;
+    open_textured("normal3f inputs:normal = (0.5,0,0.8)", "");
+    assert_true(is_reported("/M/S", "inputs:normal"));
+    close_stage(NULL);
+    open_textured("normal3f inputs:normal = (0,0,1)", "");
+    assert_false(is_reported("/M/S", "inputs:normal"));
+    close_stage(NULL);
+}
+
+static void test_scales(void **state)
+{
+    (void)state;
+    open_textured("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>",
+                  "asset inputs:file = @c.png@; float4 inputs:scale.connect = </M/T.outputs:rgb>;"
+                  "float2 inputs:st.connect = </M/X.outputs:result>");
+    assert_true(is_reported("/M/T", "scale")); // cannot vary
+    // To the renderer all zero is one, but coordinates scaled to nothing are one point.
+    for (int i = 0; i < 2; i++) {
+        float scale = fake.lookups[0][0].st_scale[i];
+        assert_true(scale != 0.0f && scale < 1e-20f);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -200,6 +264,9 @@ int main(void)
         cmocka_unit_test_teardown(test_ptex, close_stage),
         cmocka_unit_test_teardown(test_connections_that_lead_nowhere, close_stage),
         cmocka_unit_test_teardown(test_many_nodes, close_stage),
+        cmocka_unit_test(test_normals_read_as_colors),
+        cmocka_unit_test(test_constant_normals),
+        cmocka_unit_test_teardown(test_scales, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

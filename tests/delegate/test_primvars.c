@@ -137,6 +137,43 @@ static void test_precisions(void **state)
     assert_null(primvar("/M", "st"));
 }
 
+// An opaque one would only make rays ask.
+static void test_opacity_that_is_none(void **state)
+{
+    (void)state;
+    open_stage("def Mesh 'Opaque' { $triangle float[] primvars:displayOpacity = [1] }"
+               "def Mesh 'Glass' { $triangle float[] primvars:displayOpacity = [0.5] }");
+    assert_null(primvar("/Opaque", "displayOpacity"));
+    assert_non_null(primvar("/Glass", "displayOpacity"));
+}
+
+#define READER(name, extra) \
+    "def Material '" name "' { token outputs:surface.connect = </" name "/S.outputs:surface>;" \
+    "  def Shader 'S' { uniform token info:id = 'UsdPreviewSurface';" \
+    "    color3f inputs:diffuseColor.connect = </" name "/R.outputs:result>;" \
+    "    token outputs:surface }" \
+    "  def Shader 'R' { uniform token info:id = 'UsdPrimvarReader_float3';" \
+    "    string inputs:varname = 'tint'; " extra " float3 outputs:result } }"
+
+// A mesh that lacks what its material reads is named, also where only a subset has that material.
+static void test_missing_primvars_are_named(void **state)
+{
+    (void)state;
+    open_stage(READER("M", "") READER("Safe", "float3 inputs:fallback = (1,0,0);")
+               "def Mesh 'Has' { $triangle rel material:binding = </M>;"
+               "  color3f[] primvars:tint = [(1,0,0)] }"
+               "def Mesh 'Lacks' { $triangle rel material:binding = </M> }"
+               "def Mesh 'Unbound' { $triangle }"
+               "def Mesh 'FallsBack' { $triangle rel material:binding = </Safe> }"
+               "def Mesh 'Part' { $triangle def GeomSubset 'P' { int[] indices = [0];"
+               "  uniform token elementType = 'face'; uniform token familyName = 'materialBind';"
+               "  rel material:binding = </M> } }");
+    assert_true(is_reported("/Lacks", "primvars:tint"));
+    assert_true(is_reported("/Part", "primvars:tint"));
+    const CohortReportEntry *entries;
+    assert_int_equal(cohort_delegate_report(stage.delegate, &entries), 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -146,6 +183,8 @@ int main(void)
         cmocka_unit_test_teardown(test_indices_and_element_size, close_stage),
         cmocka_unit_test_teardown(test_inheritance, close_stage),
         cmocka_unit_test_teardown(test_precisions, close_stage),
+        cmocka_unit_test_teardown(test_opacity_that_is_none, close_stage),
+        cmocka_unit_test_teardown(test_missing_primvars_are_named, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

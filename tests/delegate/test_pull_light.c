@@ -137,18 +137,22 @@ static void test_what_is_not_honored_is_named(void **state)
     open_stage("def RectLight 'R' { rel light:filters = </F>;"
                "  rel collection:lightLink:includes = </X>;"
                "  float inputs:shadow:distance = 5; float inputs:shadow:falloff = -1;"
+               "  color3f inputs:shadow:color = (1,0,0);"
                "  asset inputs:shaping:ies:file = @lamp.ies@ }"
                "def DomeLight 'D' { rel portals = </P>;"
                "  bool collection:lightLink:includeRoot = 0 }"
-               "def RectLight 'Plain' { float inputs:shadow:distance = -1 }");
+               "def RectLight 'Plain' { float inputs:shadow:distance = -1;"
+               "  color3f inputs:shadow:color = (0,0,0) }");
     static const char *const names[] = {"light:filters", "collection:lightLink:includes",
-                                        "inputs:shadow:distance", "inputs:shaping:ies:file"};
-    for (int i = 0; i < 4; i++)
+                                        "inputs:shadow:distance", "inputs:shadow:color",
+                                        "inputs:shaping:ies:file"};
+    for (int i = 0; i < 5; i++)
         assert_true(is_reported("/R", names[i]));
     assert_false(is_reported("/R", "inputs:shadow:falloff"));
     assert_true(is_reported("/D", "portals"));
     assert_true(is_reported("/D", "collection:lightLink:includeRoot"));
     assert_false(is_reported("/Plain", "inputs:shadow:distance"));
+    assert_false(is_reported("/Plain", "inputs:shadow:color"));
 }
 
 // What is never visible is no light, and the settings count the rest.

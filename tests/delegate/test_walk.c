@@ -116,14 +116,18 @@ static void test_unsupported_prims_are_named(void **state)
                "def Xform 'Hidden' { token visibility = 'invisible'; def Points 'P' {} }"
                "def Mesh 'L' (prepend apiSchemas = ['MeshLightAPI', 'SkelBindingAPI']) {"
                "  $triangle }"
+               "def Sphere 'Lamp' (prepend apiSchemas = ['LightAPI']) {}"
+               "def SphereLight 'Bulb' (prepend apiSchemas = ['LightAPI']) {}"
                "def Material 'M' { def Mesh 'Inside' { $triangle } }");
     assert_true(is_reported("/B", "BasisCurves"));
     assert_true(is_reported("/P", "Points"));
     assert_true(is_reported("/C", "CylinderLight"));
     assert_false(is_reported("/Hidden/P", "Points"));
     assert_true(is_reported("/L", "MeshLightAPI"));
+    assert_true(is_reported("/Lamp", "LightAPI"));
+    assert_false(is_reported("/Bulb", "LightAPI"));
     assert_true(is_reported("/L", "SkelBindingAPI"));
-    assert_int_equal(fake.set_mesh_calls, 1);
+    assert_int_equal(fake.set_mesh_calls, 2);
 }
 
 // Whatever else shows the same prototype, and wherever it is met first.
