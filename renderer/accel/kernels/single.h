@@ -67,8 +67,10 @@ static inline __attribute__((always_inline)) void ask_for(const Below *below, ui
 
 // Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
 // nearest of them last. Most nodes have one or two. Returns the stack's new top.
-static inline __attribute__((always_inline)) Entered *descend(Entered *top, const CoWideNode *node, uint32_t bits,
-                               const float entry[CO_NODE_WIDTH], const Below *below, uint32_t *ref)
+static inline __attribute__((always_inline)) Entered *descend(Entered *top, const CoWideNode *node,
+                                                              uint32_t bits,
+                                                              const float entry[CO_NODE_WIDTH],
+                                                              const Below *below, uint32_t *ref)
 {
     uint32_t first = (uint32_t)__builtin_ctz(bits);
     bits &= bits - 1;
@@ -97,8 +99,8 @@ static inline __attribute__((always_inline)) Entered *descend(Entered *top, cons
 }
 
 // The same for a ray that any hit ends: in no order.
-static inline __attribute__((always_inline)) Entered *descend_any(Entered *top, const CoWideNode *node, uint32_t bits,
-                                   const Below *below, uint32_t *ref)
+static inline __attribute__((always_inline)) Entered *
+descend_any(Entered *top, const CoWideNode *node, uint32_t bits, const Below *below, uint32_t *ref)
 {
     *ref = node->child[__builtin_ctz(bits)];
     for (bits &= bits - 1; bits; bits &= bits - 1) {
