@@ -10,7 +10,8 @@
 
 enum {
     NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
-    LEAF_SINGLE_MOST = 4, // to a vector of a leaf, up to which each is tested against all triangles
+    LEAF_SINGLE_MOST = 8, // to a leaf, up to which each is tested against all triangles,
+    VECTOR_SINGLE_MOST = CO_WIDE_WIDTH < 8 ? 4 : CO_WIDE_WIDTH / 2, // and to a vector of rays
     LEAF_NARROW_MOST = 8, // to a leaf, up to which its triangles are not bounded
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
@@ -264,7 +265,7 @@ static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const
         uint64_t along = active & rays->along[axis];
         for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
             uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
-            if (__builtin_popcount(bits) > LEAF_SINGLE_MOST) {
+            if (__builtin_popcount(bits) > VECTOR_SINGLE_MOST) {
                 group->stats->triangles += left * (uint32_t)__builtin_popcount(bits);
                 stream_leaf_vector(group, rays, ask->slabs, j, bits, axis, ask->walk, leaf,
                                    triangles);
