@@ -276,21 +276,37 @@ static inline uint64_t stream_child(const CoWideNode *node, uint32_t i, const Ra
     return left & active;
 }
 
+// What the canonical slabs of boxes have in common for a vector of rays.
+typedef struct StreamBoxes {
+    CoWide near_org[3], far_org[3], inv[3];
+    uint32_t near_side[3]; // 1: rays enter by the high plane
+} StreamBoxes;
+
+static inline void stream_boxes(const Rays *rays, const StreamSlabs *slabs, uint32_t j, CoWide pad,
+                                StreamBoxes *out)
+{
+    for (uint32_t k = 0; k < 3; k++) {
+        CoWide org = co_wide_load(rays->org[k] + j), inv = co_wide_load(rays->inv[k] + j);
+        CoWide shift = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-23f));
+        shift = co_wide_copysign(co_wide_add(shift, pad), inv);
+        out->near_side[k] = slabs->near[k] & 1u;
+        out->near_org[k] = co_wide_add(org, shift);
+        out->far_org[k] = co_wide_sub(org, shift);
+        out->inv[k] = inv;
+    }
+}
+
 // Narrows [*from, *to] to a box, as slab_box has it. Returns rays for which something is left.
-static inline uint32_t enter_box(const Rays *rays, const StreamSlabs *slabs, uint32_t j, CoWide pad,
-                                 const CoBox *box, CoWide *from, CoWide *to)
+static inline uint32_t enter_box(const StreamBoxes *boxes, const CoBox *box, CoWide *from,
+                                 CoWide *to)
 {
     const float *planes[2] = {box->lo, box->hi};
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t near_side = slabs->near[k] & 1u;
-        CoWide org = co_wide_load(rays->org[k] + j), inv = co_wide_load(rays->inv[k] + j);
-        CoWide shift = co_wide_mul(co_wide_abs(org), co_wide_set1(0x1p-23f));
-        shift = co_wide_add(shift, pad);
-        shift = co_wide_copysign(shift, inv);
-        CoWide near = co_wide_sub(co_wide_set1(planes[near_side][k]), co_wide_add(org, shift));
-        CoWide far = co_wide_sub(co_wide_set1(planes[near_side ^ 1u][k]), co_wide_sub(org, shift));
-        *from = co_wide_max(co_wide_mul(near, inv), *from);
-        *to = co_wide_min(co_wide_mul(far, inv), *to);
+        uint32_t side = boxes->near_side[k];
+        CoWide near = co_wide_sub(co_wide_set1(planes[side][k]), boxes->near_org[k]);
+        CoWide far = co_wide_sub(co_wide_set1(planes[side ^ 1u][k]), boxes->far_org[k]);
+        *from = co_wide_max(co_wide_mul(near, boxes->inv[k]), *from);
+        *to = co_wide_min(co_wide_mul(far, boxes->inv[k]), *to);
     }
     return co_wide_bits(co_wide_le(*from, *to));
 }
@@ -324,17 +340,16 @@ typedef struct StreamHits {
     uint32_t unsure;
 } StreamHits;
 
-// Rays whose line pierces triangle i or may; fills *out for them.
+// Edge functions of triangle i. Returns rays whose line pierces it or may.
 static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
-                                     CoWide sz, uint32_t active, StreamHits *out)
+                                     CoWide edge[3])
 {
     const CoWide zero = co_wide_set1(0.0f);
-    const uint32_t corner[3] = {co_leaf_corner(leaf, 0, i), co_leaf_corner(leaf, 1, i),
-                                co_leaf_corner(leaf, 2, i)};
-    CoWide x[3], y[3], edge[3];
-    for (int c = 0; c < 3; c++) {
-        x[c] = co_wide_load(points->x[corner[c]]);
-        y[c] = co_wide_load(points->y[corner[c]]);
+    CoWide x[3], y[3];
+    for (uint32_t c = 0; c < 3; c++) {
+        uint32_t corner = co_leaf_corner(leaf, c, i);
+        x[c] = co_wide_load(points->x[corner]);
+        y[c] = co_wide_load(points->y[corner]);
     }
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
@@ -342,25 +357,30 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
     }
     CoWide least = co_wide_min(co_wide_min(edge[0], edge[1]), edge[2]);
     CoWide most = co_wide_max(co_wide_max(edge[0], edge[1]), edge[2]);
-    uint32_t bits = ~(co_wide_bits(co_wide_lt(least, zero)) & co_wide_bits(co_wide_lt(zero, most)));
-    bits &= active;
-    out->unsure = 0;
-    if (!bits)
-        return 0;
+    return ~co_wide_bits(co_wide_and(co_wide_lt(least, zero), co_wide_lt(zero, most)));
+}
+
+// Where triangle i is on the rays `pierced`.
+static inline void stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
+                                CoWide sz, uint32_t pierced, StreamHits *out)
+{
+    const CoWide zero = co_wide_set1(0.0f);
+    CoWide edge[3];
+    stream_pierce(leaf, i, points, edge);
     CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]), size = co_wide_abs(det);
     CoWideMask sure =
         co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
     CoWide inv = co_wide_div(co_wide_set1(1.0f), det), t = zero;
-    for (int c = 0; c < 3; c++) {
+    for (uint32_t c = 0; c < 3; c++) {
         sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
         edge[c] = co_wide_mul(edge[c], inv);
-        t = co_wide_add(t, co_wide_mul(edge[c], co_wide_load(points->z[corner[c]])));
+        CoWide z = co_wide_load(points->z[co_leaf_corner(leaf, c, i)]);
+        t = co_wide_add(t, co_wide_mul(edge[c], z));
     }
     co_wide_store(out->t, co_wide_mul(t, sz));
     co_wide_store(out->u, edge[1]);
     co_wide_store(out->v, edge[2]);
-    out->unsure = bits & ~co_wide_bits(sure);
-    return bits;
+    out->unsure = pierced & ~co_wide_bits(sure);
 }
 
 // Decides by doubles whether ray `lane` of the vector hits triangle i.

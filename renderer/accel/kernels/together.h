@@ -264,8 +264,9 @@ static inline void take_inner(const Rays *rays, const StreamSlabs *slabs, uint64
         float fields[10][CO_WIDE_WIDTH];
         lane[6] = co_wide_load(rays->entry + j);
         lane[7] = co_wide_load(rays->exit + j);
-        uint32_t bits =
-            enter_box(rays, slabs, j, co_wide_load(rays->pad + j), box, &lane[6], &lane[7]);
+        StreamBoxes boxes;
+        stream_boxes(rays, slabs, j, co_wide_load(rays->pad + j), &boxes);
+        uint32_t bits = enter_box(&boxes, box, &lane[6], &lane[7]);
         lane[8] = co_wide_max(co_wide_load(rays->from + j), lane[6]);
         lane[9] = co_wide_min(co_wide_load(rays->to + j), lane[7]);
         bits &= co_wide_bits(co_wide_le(lane[8], lane[9])) & (uint32_t)(active >> j);

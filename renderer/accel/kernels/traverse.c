@@ -115,15 +115,12 @@ static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, 
 
 // Clamps what a vector of rays found of triangle i, as clamp_hit does. Returns those of `pierced`
 // that pass and do not end before.
-static inline uint32_t clamp_vector(const Rays *rays, const StreamSlabs *slabs, uint32_t j,
-                                    const Walk *walk, const CoTriLeaf *leaf, uint32_t i,
-                                    uint32_t pierced, StreamHits *hits)
+static inline uint32_t clamp_vector(const Rays *rays, uint32_t j, const StreamBoxes *boxes,
+                                    const CoTriLeaf *leaf, uint32_t i, uint32_t pierced,
+                                    StreamHits *hits)
 {
     CoBox box;
-    CoWide pad = co_wide_load(rays->pad + j);
     CoWide from = co_wide_load(rays->entry + j), to = co_wide_load(rays->exit + j);
-    if (walk->is_placed)
-        pad = rays_padding(rays, j, &walk->tree->box);
     for (int k = 0; k < 3; k++) {
         const float *points = leaf->points[k];
         float a = points[co_leaf_corner(leaf, 0, i)], b = points[co_leaf_corner(leaf, 1, i)];
@@ -131,7 +128,7 @@ static inline uint32_t clamp_vector(const Rays *rays, const StreamSlabs *slabs, 
         box.lo[k] = float_min(float_min(a, b), c);
         box.hi[k] = float_max(float_max(a, b), c);
     }
-    pierced &= enter_box(rays, slabs, j, pad, &box, &from, &to);
+    pierced &= enter_box(boxes, &box, &from, &to);
     CoWide t = co_wide_max(co_wide_min(co_wide_load(hits->t), to), from);
     co_wide_store(hits->t, t);
     return pierced & co_wide_bits(co_wide_le(t, co_wide_load(rays->to + j)));
@@ -179,26 +176,49 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     return tied ? offer_each(group, rays, j, tied, hits, path, tri) : 0;
 }
 
+// Of `triangles` those that rays `active` of a vector pierce or may, and which do. No branch is taken
+// on what cannot be guessed.
+static inline uint32_t list_pierced(const CoTriLeaf *leaf, const StreamPoints *points,
+                                    uint32_t active, uint32_t triangles,
+                                    uint32_t pierced[CO_LEAF_WIDTH])
+{
+    uint32_t any = 0;
+    for (; triangles; triangles &= triangles - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(triangles);
+        CoWide edge[3];
+        pierced[i] = stream_pierce(leaf, i, points, edge) & active;
+        any |= (uint32_t)(pierced[i] != 0) << i;
+    }
+    return any;
+}
+
 // The rays `active` of the vector at j, which share a major axis, against triangles of a leaf.
 static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slabs, uint32_t j,
                                uint32_t active, uint32_t axis, const Walk *walk,
                                const CoTriLeaf *leaf, uint32_t triangles)
 {
     StreamPoints points;
+    StreamBoxes boxes;
     StreamHits hits;
+    uint32_t rays_of[CO_LEAF_WIDTH];
     stream_points(leaf, rays, axis, j, &points);
+    uint32_t any = list_pierced(leaf, &points, active, triangles, rays_of);
+    if (!any)
+        return;
     const CoWide sz = co_wide_load(rays->inv[axis] + j);
-    for (; triangles; triangles &= triangles - 1) {
-        uint32_t i = (uint32_t)__builtin_ctz(triangles);
-        uint32_t pierced = stream_pierce(leaf, i, &points, sz, active, &hits);
-        for (uint32_t unsure = hits.unsure & pierced; unsure; unsure &= unsure - 1) {
+    const bool is_placed = walk->is_placed;
+    stream_boxes(rays, slabs, j,
+                 is_placed ? rays_padding(rays, j, &walk->tree->box) : co_wide_load(rays->pad + j),
+                 &boxes);
+    for (; any; any &= any - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(any), pierced = rays_of[i] & active;
+        stream_place(leaf, i, &points, sz, pierced, &hits);
+        for (uint32_t unsure = hits.unsure; unsure; unsure &= unsure - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(unsure);
             if (!stream_pierce_lane(leaf, i, &points, rays->inv[axis][j + lane], lane, &hits))
                 pierced &= ~(1u << lane);
         }
-        if (!pierced)
-            continue;
-        pierced = clamp_vector(rays, slabs, j, walk, leaf, i, pierced, &hits);
+        pierced = clamp_vector(rays, j, &boxes, leaf, i, pierced, &hits);
         active &= ~offer_vector(group, rays, j, pierced, &hits, walk->path, co_leaf_tri(leaf, i));
     }
 }
