@@ -26,10 +26,29 @@ typedef struct Group {
     float tnear[CO_GROUP_RAYS];
     float best_t[CO_GROUP_RAYS]; // first tfar; -inf for an occlusion ray that is blocked
     float best_u[CO_GROUP_RAYS], best_v[CO_GROUP_RAYS];
-    uint32_t best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS];
+    float best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS]; // numbers, see id_lane
     uint64_t found, occlusion; // one bit per slot
     const uint8_t *flags;      // by slot, or NULL
 } Group;
+
+// Numbers that go where lanes go: as the bits of floats.
+static inline float id_lane(uint32_t id)
+{
+    union {
+        uint32_t u;
+        float f;
+    } bits = {id};
+    return bits.f;
+}
+
+static inline uint32_t lane_id(float lane)
+{
+    union {
+        float f;
+        uint32_t u;
+    } bits = {lane};
+    return bits.u;
+}
 
 // A tree in the space of the rays: of a mesh, or else the top of a group.
 typedef struct Walk {
@@ -70,8 +89,9 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
         return false;
     // Before the first hit best is tfar with ids 0, which no tie is below.
     if (hit->t == best &&
-        (hit->path > group->best_path[slot] ||
-         (hit->path == group->best_path[slot] && hit->tri >= group->best_tri[slot])))
+        (hit->path > lane_id(group->best_path[slot]) ||
+         (hit->path == lane_id(group->best_path[slot]) &&
+          hit->tri >= lane_id(group->best_tri[slot]))))
         return false;
     group->found |= 1ull << slot;
     if (group->occlusion >> slot & 1u) {
@@ -81,8 +101,8 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
     group->best_t[slot] = hit->t;
     group->best_u[slot] = hit->u;
     group->best_v[slot] = hit->v;
-    group->best_path[slot] = hit->path;
-    group->best_tri[slot] = hit->tri;
+    group->best_path[slot] = id_lane(hit->path);
+    group->best_tri[slot] = id_lane(hit->tri);
     *to = float_min(exit, hit->t);
     return false;
 }
@@ -162,15 +182,12 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     uint32_t nearer = pierced & co_wide_bits(co_wide_lt(t, best));
     uint32_t tied = pierced & ~co_wide_bits(co_wide_ne(t, best));
     CoWideMask mask = co_wide_mask(nearer);
-    const float *const from[4] = {hits->t, hits->t, hits->u, hits->v};
-    float *const to[4] = {rays->to + j, group->best_t + j, group->best_u + j, group->best_v + j};
-    for (int k = 0; k < 4; k++)
-        co_wide_store(to[k], co_wide_select(mask, co_wide_load(from[k]), co_wide_load(to[k])));
-    for (uint32_t left = nearer; left; left &= left - 1) {
-        uint32_t at = j + (uint32_t)__builtin_ctz(left);
-        group->best_path[at] = path;
-        group->best_tri[at] = tri;
-    }
+    const CoWide from[6] = {t, t, co_wide_load(hits->u), co_wide_load(hits->v),
+                            co_wide_set1(id_lane(path)), co_wide_set1(id_lane(tri))};
+    float *const to[6] = {rays->to + j,      group->best_t + j,    group->best_u + j,
+                          group->best_v + j, group->best_path + j, group->best_tri + j};
+    for (int k = 0; k < 6; k++)
+        co_wide_store(to[k], co_wide_select(mask, from[k], co_wide_load(to[k])));
     group->found |= (uint64_t)nearer << j;
     rays->nearer |= (uint64_t)nearer << j;
     return tied ? offer_each(group, rays, j, tied, hits, path, tri) : 0;
@@ -404,7 +421,7 @@ static void scale_rays(Rays *rays, Intake *in, Group *group)
         rays->to[j] = group->best_t[j] = tfar * inverse;
         rays->slot[j] = (uint8_t)j;
         group->best_u[j] = group->best_v[j] = 0.0f;
-        group->best_path[j] = group->best_tri[j] = 0;
+        group->best_path[j] = group->best_tri[j] = id_lane(0);
     }
 }
 
@@ -444,7 +461,7 @@ static void give_hits(Group *group, const float scale[CO_GROUP_RAYS], CoHitBatch
     }
     for (uint64_t left = ~seen; left; left &= left - 1) {
         uint32_t slot = (uint32_t)__builtin_ctzll(left);
-        group->best_path[slot] = group->best_tri[slot] = COHORT_INVALID_ID;
+        group->best_path[slot] = group->best_tri[slot] = id_lane(COHORT_INVALID_ID);
     }
     give_field(group->best_t, count, hits->t + begin);
     give_field(group->best_u, count, hits->u + begin);
