@@ -12,7 +12,7 @@ enum {
     NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 8, // to a leaf, up to which each is tested against all triangles,
     VECTOR_SINGLE_MOST = CO_WIDE_WIDTH < 8 ? 4 : CO_WIDE_WIDTH / 2, // and to a vector of rays
-    LEAF_NARROW_MOST = 8, // to a leaf, up to which its triangles are not bounded
+    LEAF_NARROW_MOST = 8,  // to a leaf, up to which its triangles are not bounded
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
     LATE_PLACES = 8,       // such that are asked for at a time
@@ -27,8 +27,8 @@ typedef struct Group {
     float best_t[CO_GROUP_RAYS]; // first tfar; -inf for an occlusion ray that is blocked
     float best_u[CO_GROUP_RAYS], best_v[CO_GROUP_RAYS];
     float best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS]; // numbers, see id_lane
-    uint64_t found, occlusion; // one bit per slot
-    const uint8_t *flags;      // by slot, or NULL
+    uint64_t found, occlusion;                               // one bit per slot
+    const uint8_t *flags;                                    // by slot, or NULL
 } Group;
 
 // Numbers that go where lanes go: as the bits of floats.
@@ -88,10 +88,9 @@ static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float 
     if (!is_within_ray(group, slot, hit->t))
         return false;
     // Before the first hit best is tfar with ids 0, which no tie is below.
-    if (hit->t == best &&
-        (hit->path > lane_id(group->best_path[slot]) ||
-         (hit->path == lane_id(group->best_path[slot]) &&
-          hit->tri >= lane_id(group->best_tri[slot]))))
+    if (hit->t == best && (hit->path > lane_id(group->best_path[slot]) ||
+                           (hit->path == lane_id(group->best_path[slot]) &&
+                            hit->tri >= lane_id(group->best_tri[slot]))))
         return false;
     group->found |= 1ull << slot;
     if (group->occlusion >> slot & 1u) {
@@ -182,8 +181,12 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     uint32_t nearer = pierced & co_wide_bits(co_wide_lt(t, best));
     uint32_t tied = pierced & ~co_wide_bits(co_wide_ne(t, best));
     CoWideMask mask = co_wide_mask(nearer);
-    const CoWide from[6] = {t, t, co_wide_load(hits->u), co_wide_load(hits->v),
-                            co_wide_set1(id_lane(path)), co_wide_set1(id_lane(tri))};
+    const CoWide from[6] = {t,
+                            t,
+                            co_wide_load(hits->u),
+                            co_wide_load(hits->v),
+                            co_wide_set1(id_lane(path)),
+                            co_wide_set1(id_lane(tri))};
     float *const to[6] = {rays->to + j,      group->best_t + j,    group->best_u + j,
                           group->best_v + j, group->best_path + j, group->best_tri + j};
     for (int k = 0; k < 6; k++)
@@ -193,8 +196,8 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     return tied ? offer_each(group, rays, j, tied, hits, path, tri) : 0;
 }
 
-// Of `triangles` those that rays `active` of a vector pierce or may, and which do. No branch is taken
-// on what cannot be guessed.
+// Of `triangles` those that rays `active` of a vector pierce or may, and which do. No branch is
+// taken on what cannot be guessed.
 static inline uint32_t list_pierced(const CoTriLeaf *leaf, const StreamPoints *points,
                                     uint32_t active, uint32_t triangles,
                                     uint32_t pierced[CO_LEAF_WIDTH])
@@ -317,7 +320,9 @@ static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const
 
 #include "accel/kernels/grid_stream.h"
 
-static void stream_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref)
+// In a function of its own: what goes from node to node would spill its registers for it.
+static __attribute__((noinline)) void stream_leaf(const StreamAsk *ask, uint64_t active,
+                                                  uint32_t ref)
 {
     if (ask->walk->bvh->patches) {
         stream_grid_leaf(ask, active, ref);
