@@ -181,7 +181,7 @@ static bool lay_out_corners(Displacement *d, size_t *count)
         return true;
     }
     uint32_t *first = NULL;
-    if (!s->corner_first) {
+    if (!co_grid_has_corners(s)) {
         first = co_mesh_block_alloc(&s->blocks, mesh->face_count, sizeof *first);
         if (!first)
             return false;
@@ -189,7 +189,7 @@ static bool lay_out_corners(Displacement *d, size_t *count)
     size_t next = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) {
         size_t own = co_grid_corner_count(s->grid, co_grid_level(s, f), co_grid_valence(s, f));
-        size_t begin = first ? next : s->corner_first[f];
+        size_t begin = first ? next : co_grid_corner_first(s, f);
         if (first)
             first[f] = (uint32_t)next;
         next = begin + own;

@@ -101,6 +101,17 @@ static inline uint64_t co_grid_tri_count(CoGridKind grid, uint32_t level, uint32
     return level == 0 ? valence : valence * (n / 2) * (n / 2) * 2;
 }
 
+static inline bool co_grid_has_corners(const CoMeshShading *s)
+{
+    return s->corner_first || s->corners_each;
+}
+
+// First corner element of a face, where there are any.
+static inline uint32_t co_grid_corner_first(const CoMeshShading *s, uint32_t face)
+{
+    return s->corner_first ? s->corner_first[face] : face * s->corners_each;
+}
+
 // Place of grid point (i, j) among the points of one loop triangle.
 static inline uint32_t co_grid_triangle_point(uint32_t n, uint32_t i, uint32_t j)
 {
@@ -113,7 +124,7 @@ static inline uint32_t co_grid_corner(const CoMeshShading *s, const CoGridPlace 
 {
     if (s->grid == CO_GRID_POLYGON)
         return s->tri_corners[3 * (size_t)tri + (size_t)c];
-    uint32_t first = s->corner_first[p->face];
+    uint32_t first = co_grid_corner_first(s, p->face);
     if (s->grid == CO_GRID_TRIANGLE)
         return first + co_grid_triangle_point(p->n, p->i[c], p->j[c]);
     if (p->n == 0) // fan

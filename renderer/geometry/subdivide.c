@@ -2,6 +2,8 @@
 
 #include "geometry/grid.h"
 
+#include <string.h>
+
 uint32_t co_subdivision_face_edge_point(const CoSubdivision *s, uint32_t face, uint32_t k,
                                         uint32_t i)
 {
@@ -172,10 +174,8 @@ static bool allocate_layout(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
     size_t point_count = build->desc->point_count, face_count = build->desc->face_count;
-    bool keep_corners = has_corner_values(s);
-    CoMeshBlock **corners = keep_corners ? &build->shading->blocks : &build->scratch;
     s->first_tri = co_mesh_scratch(build, face_count, sizeof *s->first_tri);
-    s->corner_first = co_mesh_block_alloc(corners, face_count, sizeof *s->corner_first);
+    s->corner_first = co_mesh_scratch(build, face_count, sizeof *s->corner_first);
     s->face_point = co_mesh_scratch(build, s->face_count, sizeof *s->face_point);
     s->face_patch = co_mesh_scratch(build, s->face_count, sizeof *s->face_patch);
     s->is_live = co_mesh_scratch(build, s->face_count, 1);
@@ -188,7 +188,28 @@ static bool allocate_layout(CoSubdivision *s)
     CO_MESH_CHECK_MEMORY(build, s->is_live);
     CO_MESH_CHECK_MEMORY(build, s->vertex_owner);
     CO_MESH_CHECK_MEMORY(build, s->edge_owner);
-    build->shading->corner_first = keep_corners ? s->corner_first : NULL;
+    return true;
+}
+
+// Where corner elements of faces begin: not kept where it follows from the face.
+static bool keep_corners(CoSubdivision *s)
+{
+    CoMeshBuild *build = s->build;
+    size_t face_count = build->desc->face_count;
+    if (!has_corner_values(s) || s->corner_count == 0)
+        return true;
+    uint32_t each = s->corner_count / (uint32_t)face_count;
+    bool is_even = each * face_count == s->corner_count;
+    for (size_t f = 0; is_even && f < face_count; f++)
+        is_even = s->corner_first[f] == f * each;
+    if (is_even) {
+        build->shading->corners_each = each;
+        return true;
+    }
+    uint32_t *kept = co_mesh_keep(build, face_count, sizeof *kept);
+    CO_MESH_CHECK_MEMORY(build, kept);
+    memcpy(kept, s->corner_first, face_count * sizeof *kept);
+    build->shading->corner_first = kept;
     return true;
 }
 
@@ -215,7 +236,7 @@ static bool tessellate(CoSubdivision *s)
         build->mesh->box_min = s->box_lo;
         build->mesh->box_max = s->box_hi;
     }
-    return true;
+    return keep_corners(s);
 }
 
 bool co_mesh_build_subdivision(CoMeshBuild *build)
