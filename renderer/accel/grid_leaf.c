@@ -22,7 +22,8 @@ static Tile find_tile(const CoPatchTable *table, uint32_t id)
     Tile tile = {.patch = id};
     if (table->level > CO_PATCH_TILE_SHIFT)
         tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
-    tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch));
+    uint32_t room[CO_PATCH_WORDS];
+    tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch, room));
     return tile;
 }
 
@@ -37,7 +38,8 @@ static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint3
                          uint32_t wide, uint32_t high)
 {
     const CoPatchTable *table = mesh->patches;
-    const uint32_t *words = co_patch_words(table, tile->patch);
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(table, tile->patch, room);
     uint32_t m = 1u << tile->shift;
     CoBox box;
     co_box_empty(&box);
@@ -53,7 +55,8 @@ static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint3
 
 static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
 {
-    const uint32_t *words = co_patch_words(mesh->patches, tile->patch);
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(mesh->patches, tile->patch, room);
     if (mesh->patches->level > 0) {
         uint32_t m = 1u << tile->shift, size = m < CO_TILE_SQUARES ? m : CO_TILE_SQUARES;
         return squares_box(mesh, tile, tile->i, tile->j, size, size);
@@ -227,7 +230,9 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
         return all;
     }
     const CoGridLeaf *old = (const CoGridLeaf *)(const void *)leaf;
-    Tile tile = {old->patch, 0, 0, co_patch_shift(table, co_patch_words(table, old->patch))};
+    uint32_t room[CO_PATCH_WORDS];
+    Tile tile = {.patch = old->patch};
+    tile.shift = co_patch_shift(table, co_patch_words(table, old->patch, room));
     if (old->blocks & CO_TILE_PLACED) {
         tile.i = old->at[0];
         tile.j = old->at[1];

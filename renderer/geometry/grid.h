@@ -47,7 +47,8 @@ static inline CoGridPlace co_grid_place_patch(const CoMeshShading *s, uint32_t t
         p.sub = p.patch - s->face_patch[p.face];
     else if (table->per_face > 1)
         p.sub = p.patch - p.face * table->per_face;
-    const uint32_t *words = co_patch_words(table, p.patch);
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(table, p.patch, room);
     if (co_patch_is_fan(table, words) && !table->is_triangular)
         return p;
     p.n = 1u << co_patch_shift(table, words);
@@ -71,7 +72,8 @@ static inline uint32_t co_grid_level(const CoMeshShading *s, uint32_t face)
 {
     if (!s->patches || !s->patches->is_mixed)
         return s->level;
-    const uint32_t *words = co_patch_words(s->patches, s->face_patch[face]);
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(s->patches, s->face_patch[face], room);
     return co_patch_shift(s->patches, words) + (co_patch_inner(s->patches, words) >> 31);
 }
 

@@ -41,7 +41,8 @@ enum {
 typedef struct CoPatchTable {
     uint32_t level; // of the finest patch, or of the finest face where some are split and some not
     bool is_triangular, is_mixed;
-    uint32_t count, stride;     // patches, and words of one
+    uint32_t count, stride;     // patches, and words of one, or of a face, see fold
+    uint32_t fold;              // patches of a face, where words are by face; else 0
     const uint32_t *words;      // [count * stride]
     uint32_t unit_shift;        // log2 of triangles per patch, or of what tri_patch counts
     const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
@@ -51,9 +52,55 @@ typedef struct CoPatchTable {
     const uint32_t *face;       // [count] then face of the cage
 } CoPatchTable;
 
-static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t patch)
+// Point t along an edge that is this word.
+static inline uint32_t co_patch_word_point(uint32_t word, uint32_t t)
 {
-    return table->words + (size_t)patch * table->stride;
+    return word & CO_PATCH_FLAG ? (word & ~CO_PATCH_FLAG) - t : word + t;
+}
+
+// Patch k of a face whose words are its corners, its edges, each counted from its corner on, unless
+// the patches are fans, and the first point inside: there lie the center, the spokes from the
+// middle of each edge to it, and the inner points of each patch.
+static inline void co_patch_unfold(const CoPatchTable *table, const uint32_t *face, uint32_t k,
+                                   uint32_t words[CO_PATCH_WORDS])
+{
+    const uint32_t n = table->fold, m = 1u << table->level, spoke = m - 1;
+    const uint32_t before = k > 0 ? k - 1 : n - 1, center = face[table->stride - 1];
+    words[CO_PATCH_CORNER] = face[k];
+    if (table->stride == n + 1) {
+        words[CO_PATCH_CORNER + 1] = face[k + 1 < n ? k + 1 : 0];
+        words[CO_PATCH_CORNER + 2] = center;
+        words[CO_PATCH_CORNER + 3] = CO_PATCH_NONE;
+        return;
+    }
+    const uint32_t next = face[n + k], last = face[n + before];
+    words[CO_PATCH_CORNER + 1] = co_patch_word_point(next, m);
+    words[CO_PATCH_CORNER + 2] = center;
+    words[CO_PATCH_CORNER + 3] = co_patch_word_point(last, m);
+    words[CO_PATCH_EDGE] = next;
+    words[CO_PATCH_EDGE + 1] = center + k * spoke;
+    words[CO_PATCH_EDGE + 2] = center + before * spoke;
+    words[CO_PATCH_EDGE + 3] =
+        last & CO_PATCH_FLAG ? (last & ~CO_PATCH_FLAG) - 2 * m : CO_PATCH_FLAG | (last + 2 * m);
+    words[CO_PATCH_INNER] = center + 1 + n * spoke + k * spoke * spoke;
+}
+
+// Words of all patches or faces.
+static inline size_t co_patch_word_count(const CoPatchTable *table)
+{
+    return (size_t)table->count / (table->fold ? table->fold : 1) * table->stride;
+}
+
+// The words of a patch; `room` is for those that have to be put together.
+static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t patch,
+                                             uint32_t room[CO_PATCH_WORDS])
+{
+    if (!table->fold)
+        return table->words + (size_t)patch * table->stride;
+    uint32_t face = patch / table->fold;
+    co_patch_unfold(table, table->words + (size_t)face * table->stride, patch - face * table->fold,
+                    room);
+    return room;
 }
 
 static inline uint32_t co_patch_inner(const CoPatchTable *table, const uint32_t *words)
@@ -175,8 +222,7 @@ static inline void co_patch_corners(const CoPatchTable *table, const uint32_t *w
 // Point t of an edge's own.
 static inline uint32_t co_patch_edge_point(const uint32_t *words, uint32_t edge, uint32_t t)
 {
-    uint32_t word = words[CO_PATCH_EDGE + edge];
-    return word & CO_PATCH_FLAG ? (word & ~CO_PATCH_FLAG) - t : word + t;
+    return co_patch_word_point(words[CO_PATCH_EDGE + edge], t);
 }
 
 // Point (i, j) inside a patch, less i.
@@ -216,8 +262,8 @@ static inline uint32_t co_patch_point(const CoPatchTable *table, const uint32_t 
 // The three points of a triangle.
 static inline void co_patch_triangle(const CoPatchTable *table, uint32_t tri, uint32_t out[3])
 {
-    uint32_t patch = co_patch_of(table, tri), i[3], j[3];
-    const uint32_t *words = co_patch_words(table, patch);
+    uint32_t patch = co_patch_of(table, tri), i[3], j[3], room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(table, patch, room);
     if (co_patch_is_fan(table, words)) {
         for (int c = 0; c < 3; c++)
             out[c] = words[c];

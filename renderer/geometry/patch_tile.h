@@ -31,7 +31,8 @@ static inline uint32_t co_patch_tile(const CoPatchTable *table, uint32_t tile, u
     patch = table->first_tile ? co_patch_search(table->first_tile, 0, table->count - 1, tile)
                               : tile / all;
     number = tile - (table->first_tile ? table->first_tile[patch] : patch * all);
-    uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
+    uint32_t room[CO_PATCH_WORDS];
+    uint32_t shift = co_patch_shift(table, co_patch_words(table, patch, room));
     uint32_t side = shift > CO_PATCH_TILE_SHIFT ? 1u << (shift - CO_PATCH_TILE_SHIFT) : 1;
     if (table->is_triangular) {
         for (; number >= side - row; row++)

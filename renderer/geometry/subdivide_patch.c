@@ -72,6 +72,18 @@ static void fill_sub_quad(const CoSubdivision *s, uint32_t face, uint32_t k, uin
             (level - 1) | edge_drop(s, face, k) << 4 | edge_drop(s, face, before) << 16;
 }
 
+// A face of a folded table.
+static void fill_folded(const CoSubdivision *s, uint32_t face, uint32_t stride, uint32_t *words)
+{
+    const uint32_t n = (uint32_t)s->counts[face];
+    for (uint32_t k = 0; k < n; k++) {
+        words[k] = (uint32_t)s->indices[s->first[face] + k];
+        if (s->level > 0)
+            words[n + k] = edge_word(s, face, k, false);
+    }
+    words[stride - 1] = s->face_point[face];
+}
+
 static void fill_fan(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t *words)
 {
     const int32_t *vertex = s->indices + s->first[face];
@@ -84,7 +96,7 @@ static void fill_fan(const CoSubdivision *s, uint32_t face, uint32_t k, uint32_t
 typedef struct PatchJob {
     const CoSubdivision *s;
     uint32_t *words;
-    uint32_t stride;
+    uint32_t stride, fold;
 } PatchJob;
 
 static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
@@ -95,7 +107,12 @@ static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
     for (uint32_t f = (uint32_t)begin; f < end; f++) {
         if (!s->is_live[f])
             continue;
-        uint32_t *words = job->words + (size_t)s->face_patch[f] * job->stride;
+        size_t at = job->fold ? s->face_patch[f] / job->fold : s->face_patch[f];
+        uint32_t *words = job->words + at * job->stride;
+        if (job->fold) {
+            fill_folded(s, f, job->stride, words);
+            continue;
+        }
         if (!co_subdivision_is_split(s, f)) {
             fill_whole(s, f, job->stride, words);
             continue;
@@ -209,7 +226,8 @@ static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
             continue;
         uint32_t patch = s->face_patch[f], end = patch + co_subdivision_patch_count(s, f);
         for (; patch < end; patch++) {
-            uint32_t shift = co_patch_shift(table, co_patch_words(table, patch));
+            uint32_t room[CO_PATCH_WORDS];
+            uint32_t shift = co_patch_shift(table, co_patch_words(table, patch, room));
             first[patch + 1] = first[patch] + (1u << patch_tri_shift(s, f));
             if (tile)
                 tile[patch + 1] = tile[patch] + co_patch_tiles(table, shift);
@@ -220,8 +238,22 @@ static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
     return find_units(build, table, first);
 }
 
-static uint32_t stride_of(const CoPatchTable *table)
+// Corners of all faces, if these are many patches each and as many.
+static uint32_t fold_of(const CoSubdivision *s, const CoPatchTable *table)
 {
+    if (table->is_mixed || s->has_whole || !s->has_split)
+        return 0;
+    uint32_t n = (uint32_t)s->counts[first_live(s)];
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (s->is_live[f] && (uint32_t)s->counts[f] != n)
+            return 0;
+    return n;
+}
+
+static uint32_t stride_of(const CoSubdivision *s, const CoPatchTable *table)
+{
+    if (table->fold)
+        return table->fold * (s->level > 0 ? 2 : 1) + 1;
     if (table->level == 0)
         return table->is_triangular ? 3 : 4;
     uint32_t words = table->is_triangular ? CO_PATCH_WORDS_TRIANGULAR : CO_PATCH_WORDS;
@@ -238,11 +270,12 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     bool is_all_split = s->has_split && !s->has_whole && !table->is_mixed;
     table->level = s->level - (is_all_split && s->level > 0 ? 1 : 0);
     table->count = s->patch_count;
-    table->stride = stride_of(table);
-    uint32_t *words = co_mesh_keep(build, table->count, table->stride * sizeof *words);
+    table->fold = fold_of(s, table);
+    table->stride = stride_of(s, table);
+    uint32_t *words = co_mesh_keep(build, co_patch_word_count(table), sizeof *words);
     CO_MESH_CHECK_MEMORY(build, words);
     table->words = words;
-    PatchJob job = {s, words, table->stride};
+    PatchJob job = {s, words, table->stride, table->fold};
     co_parallel_for(s->face_count, 256, fill_faces, &job);
     if (!find_faces(s, table) || !find_face_patches(s, table) || !find_triangles(s, table))
         return false;

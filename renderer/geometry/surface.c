@@ -101,7 +101,8 @@ static CoVec3 shading_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t 
     if (s->limit_normals)
         return limit_normal(mesh, g, tri, u, v);
     if (s->is_bilinear && g->n > 0) {
-        const uint32_t *words = co_patch_words(s->patches, g->patch);
+        uint32_t room[CO_PATCH_WORDS];
+        const uint32_t *words = co_patch_words(s->patches, g->patch, room);
         CoVec3 q[4];
         float uv[2];
         for (int k = 0; k < 4; k++)

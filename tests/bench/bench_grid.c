@@ -170,7 +170,8 @@ static RTCGeometry embree_grids(RTCDevice device, const CoMesh *mesh)
     struct RTCGrid *grids = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0,
                                                     RTC_FORMAT_GRID, sizeof *grids, count);
     for (uint32_t k = 0; k < count; k++) {
-        const uint32_t *words = co_patch_words(table, k);
+        uint32_t room[CO_PATCH_WORDS];
+        const uint32_t *words = co_patch_words(table, k, room);
         grids[k] =
             (struct RTCGrid){k * side * side, side, (unsigned short)side, (unsigned short)side};
         for (uint32_t p = 0; p < side * side; p++, points += 3)

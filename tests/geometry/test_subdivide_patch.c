@@ -17,7 +17,8 @@ static void points_lie_between_corners(void **state)
         const CoPatchTable *table = mesh.patches;
         uint32_t tri = 0;
         for (uint32_t patch = 0; patch < table->count; patch++) {
-            const uint32_t *words = co_patch_words(table, patch);
+            uint32_t room[CO_PATCH_WORDS];
+            const uint32_t *words = co_patch_words(table, patch, room);
             assert_int_equal(co_patch_first_tri(table, patch), tri);
             if (co_patch_is_fan(table, words)) {
                 assert_int_equal(co_patch_of(table, tri), patch);

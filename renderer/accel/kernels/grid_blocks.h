@@ -192,7 +192,8 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
                                      GridBlock *block)
 {
     const CoPatchTable *table = bvh->patches;
-    const uint32_t *words = co_patch_words(table, patch), first = words[0];
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(table, patch, room), first = words[0];
     uint32_t shift = co_patch_shift(table, words), first_tri = co_patch_first_tri(table, patch);
     uint32_t m = 1u << shift, wide = shift > 1 ? 4 : 2;
     if (table->is_triangular && shift == 2)
@@ -245,7 +246,8 @@ static inline CoTriLeaf open_quads(const CoBvh *bvh, const uint32_t *patches, ui
     for (uint32_t q = 0; q < 4; q++) {
         bool is_there = q < count;
         const uint32_t patch = patches[is_there ? q : 0];
-        const uint32_t *words = co_patch_words(bvh->patches, patch);
+        uint32_t room[CO_PATCH_WORDS];
+        const uint32_t *words = co_patch_words(bvh->patches, patch, room);
         bool is_fan = co_patch_is_fan(bvh->patches, words);
         uint32_t *index = block->index + q;
         index[0] = words[0];
@@ -273,7 +275,8 @@ static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches
     block->valid = 0;
     for (uint32_t q = 0; q < 2; q++) {
         const uint32_t patch = patches[q < count ? q : 0];
-        const uint32_t *words = co_patch_words(table, patch);
+        uint32_t room[CO_PATCH_WORDS];
+        const uint32_t *words = co_patch_words(table, patch, room);
         const uint32_t m = 1u << co_patch_shift(table, words);
         uint32_t *index = block->index + 6 * q;
         for (uint32_t k = 0; k < 6; k++) {
