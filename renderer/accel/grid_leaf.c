@@ -19,7 +19,7 @@ _Static_assert(CO_TILE_SQUARES == 1 << CO_PATCH_TILE_SHIFT, "tiles are those of 
 
 static Tile find_tile(const CoPatchTable *table, uint32_t id)
 {
-    Tile tile = {.patch = id};
+    Tile tile = {.patch = co_grid_has_faces(table) ? id * table->fold : id};
     if (table->level > CO_PATCH_TILE_SHIFT)
         tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
     uint32_t room[CO_PATCH_WORDS];
@@ -53,8 +53,29 @@ static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint3
     return box;
 }
 
+// The box of one of its blocks.
+static CoBox block_box(const CoMesh *mesh, const Tile *tile, uint32_t blocks, uint32_t place)
+{
+    Tile of = *tile;
+    uint32_t at[2] = {0, 2 * (place & 1u)};
+    if (co_grid_has_faces(mesh->patches))
+        of.patch += place >> 1;
+    else
+        co_grid_block_at(blocks, place, at);
+    return squares_box(mesh, &of, of.i + at[0], of.j + at[1], 4, 2);
+}
+
 static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
 {
+    if (co_grid_has_faces(mesh->patches)) {
+        CoBox all;
+        co_box_empty(&all);
+        for (uint32_t b = 0; b < 6; b++) {
+            CoBox box = block_box(mesh, tile, 6, b);
+            co_box_extend(&all, box.lo, box.hi);
+        }
+        return all;
+    }
     uint32_t room[CO_PATCH_WORDS];
     const uint32_t *words = co_patch_words(mesh->patches, tile->patch, room);
     if (mesh->patches->level > 0) {
@@ -71,6 +92,8 @@ static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
 uint32_t co_grid_count(const CoMesh *mesh)
 {
     const CoPatchTable *table = mesh->patches;
+    if (co_grid_has_faces(table))
+        return table->count / table->fold;
     return table->level > CO_PATCH_TILE_SHIFT ? co_patch_tile_count(table) : table->count;
 }
 
@@ -111,6 +134,8 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
 
 static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
 {
+    if (co_grid_has_faces(table))
+        return 6;
     if (tile->shift < CO_PATCH_TILE_SHIFT)
         return tile->shift == 2 && !table->is_triangular ? 2 : 1;
     return table->is_triangular && tile->i == tile->j ? 6 : 8;
@@ -132,9 +157,7 @@ static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *ou
     size_t bytes = sizeof leaf + (is_placed ? sizeof at : 0);
     memcpy(out + sizeof leaf, at, bytes - sizeof leaf);
     for (uint32_t b = 0; blocks > 1 && b < blocks; b++) {
-        uint32_t first[2];
-        co_grid_block_at(blocks, b, first);
-        CoBox block = squares_box(mesh, tile, tile->i + first[0], tile->j + first[1], 4, 2);
+        CoBox block = block_box(mesh, tile, blocks, b);
         unsigned char *planes = out + bytes + b;
         for (uint32_t k = 0; k < 3; k++) {
             float step = co_grid_step(leaf.exponent[k]);
@@ -197,7 +220,8 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 // Quads are not worth a second block: they take few bytes as it is.
 static size_t list_size(const CoPatchTable *table)
 {
-    bool has_quads = table->level == 0 && (table->unit_shift > 0 || table->first_tri);
+    bool has_quads =
+        table->level == 0 && !table->fold && (table->unit_shift > 0 || table->first_tri);
     return (has_quads ? 1 : 2) * co_grid_list_step(table);
 }
 

@@ -4,14 +4,16 @@
 // squares, of 2 x 2. A triangular patch of 4 squares a side is a block too. What a leaf is depends
 // on the level of the mesh.
 //
-// - Level 0, and 1 of triangular patches: a list of patches (CoGridList), as many as are two
-//   blocks, or one where there are quads: 4 of a triangle or two, or 2 of four triangles, a block.
+// - Level 0, and 1 of triangular patches or where n-gons are split: a list of patches (CoGridList),
+//   as many as are two blocks, of quads of the cage one: 4 of a triangle or two, 2 of four
+//   triangles or 1 of eight to a block.
 // - Where all patches are one block, that: the reference is the patch's number, and there is
 //   nothing else.
 // - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
+//   Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
+//   there are 6. Of split triangles whose patches have 2 blocks a tile is the face.
 //
-// Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
-// there are 6. Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none
+// Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none
 // of this.
 
 #ifndef CO_ACCEL_GRID_LEAF_H
@@ -65,21 +67,27 @@ static inline void co_grid_block_at(uint32_t blocks, uint32_t place, uint32_t at
     at[1] = 2 * row;
 }
 
+// Whether tiles are faces: of triangles, 3 patches with 4 squares a side.
+static inline bool co_grid_has_faces(const CoPatchTable *table)
+{
+    return table->fold == 3 && table->level == 2;
+}
+
 static inline bool co_grid_is_list(const CoPatchTable *table)
 {
-    return table->level == 0 || (table->level == 1 && table->is_triangular);
+    return table->level == 0 || (table->level == 1 && (table->is_triangular || table->fold));
 }
 
 // Patches of a list to a block.
 static inline uint32_t co_grid_list_step(const CoPatchTable *table)
 {
-    return table->level == 0 ? 4 : 2;
+    return table->level == 0 ? 4 : table->is_triangular ? 2 : 1;
 }
 
 // Whether all patches are one block.
 static inline bool co_grid_is_block(const CoPatchTable *table)
 {
-    return table->is_triangular ? table->level == 2 : table->level == 1;
+    return !co_grid_is_list(table) && table->level == (table->is_triangular ? 2 : 1);
 }
 
 static inline bool co_grid_has_tiles(const CoPatchTable *table)

@@ -298,8 +298,12 @@ static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches
 static inline CoTriLeaf open_patches(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                      GridBlock *block)
 {
-    return bvh->patches->level == 0 ? open_quads(bvh, patches, count, block)
-                                    : open_triangles(bvh, patches, count, block);
+    const uint32_t origin[2] = {0, 0};
+    if (bvh->patches->level == 0)
+        return open_quads(bvh, patches, count, block);
+    if (bvh->patches->is_triangular)
+        return open_triangles(bvh, patches, count, block);
+    return open_squares(bvh, patches[0], origin, block);
 }
 
 static inline uint32_t open_list(const CoBvh *bvh, uint32_t ref, uint32_t patches[CO_LIST_PATCHES])
@@ -360,6 +364,10 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
                                         GridBlock *block)
 {
     uint32_t at[2];
+    if (co_grid_has_faces(bvh->patches)) {
+        const uint32_t in_patch[2] = {0, 2 * (place & 1u)};
+        return open_squares(bvh, tile->patch + (place >> 1), in_patch, block);
+    }
     co_grid_block_at(co_grid_blocks(tile), place, at);
     if (tile->blocks & CO_TILE_PLACED) {
         at[0] += tile->at[0];
