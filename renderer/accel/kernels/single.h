@@ -55,14 +55,15 @@ static inline Below below_walk(const Walk *walk)
     return (Below){walk->tree->nodes, walk->object->top->placed, sizeof(CoPlaced)};
 }
 
-// Asks for the first line of a child. Always inline: the compiler drops calls of functions that do
+// Asks for a child. Always inline: the compiler drops calls of functions that do
 // no more.
 static inline __attribute__((always_inline)) void ask_for(const Below *below, uint32_t ref)
 {
     const char *at = (const char *)&below->nodes[ref];
     if (ref & CO_REF_LEAF)
         at = (const char *)below->leaves + (ref & CO_REF_LEAF_PLACE) * below->stride;
-    __builtin_prefetch(at);
+    for (size_t line = 0; line < sizeof(CoWideNode); line += 64) // usual leaves are smaller
+        __builtin_prefetch(at + line);
 }
 
 // Chooses the nearest child of `bits`, which are not 0, and puts the others on the stack, the
