@@ -11,7 +11,8 @@ enum {
     BAKED_MOST = 256 // triangles: a mesh's tree is there twice then
 };
 
-// Points are rounded where they are put: to this part of a triangle at most.
+// Points are rounded where they are put: triangles are to be at least this part of the farthest
+// coordinate, a thousand times what it is rounded by.
 #define FINENESS 0x1p-14
 
 // The lengths of triangles, to which shading measures what the test of a triangle may be off by,

@@ -55,8 +55,7 @@ static inline Below below_walk(const Walk *walk)
     return (Below){walk->tree->nodes, walk->object->top->placed, sizeof(CoPlaced)};
 }
 
-// Asks for a child. Always inline: the compiler drops calls of functions that do
-// no more.
+// Asks for a child. Always inline: the compiler drops calls of functions that do no more.
 static inline __attribute__((always_inline)) void ask_for(const Below *below, uint32_t ref)
 {
     const char *at = (const char *)&below->nodes[ref];
