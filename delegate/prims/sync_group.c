@@ -139,7 +139,7 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
     co_arena_clear(&pull.arena);
     index->counts.groups_set++;
     index->needs_commit = true;
-    container->is_dirty = false;
+    container->is_dirty = !ok;
     return ok;
 }
 

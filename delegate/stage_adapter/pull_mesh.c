@@ -198,10 +198,6 @@ static uint32_t ptex_offset(const CohortAdapter *a, const CoRecord *record)
     CoPlace place = {record->prim, record->prototype};
     do {
         double offset = cohort_prim_double(place.prim, "primvars:ptexFaceOffset", a->time, -1.0);
-        size_t count;
-        const int32_t *array = co_values_ints(a, place.prim, "primvars:ptexFaceOffset", &count);
-        if (count && array[0] >= 0)
-            return (uint32_t)array[0];
         if (offset >= 0.0 && offset < 4294967296.0)
             return (uint32_t)offset;
     } while (co_place_up(a, &place));

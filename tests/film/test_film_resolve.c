@@ -75,12 +75,13 @@ static void errors_weigh_both_halves(void **state)
     for (uint32_t samples = 2; samples <= 5; samples++) {
         CoFilm *film = make_film(1, 1);
         for (uint32_t sample = 0; sample < samples; sample++) {
-            float v = sample % 2 ? 1.0f : 0.0f;
+            float v = sample % 2 ? 1.0f : 0.25f;
             co_film_add_color(film, 0, sample, co_vec3(v, v, v));
         }
         assert_true(co_film_complete(film, samples, NULL));
-        double n = (double)samples, odd = (double)(samples / 2), even = n - odd, mean = odd / n;
-        double want = sqrt(even * odd) / n;
+        double n = (double)samples, odd = (double)(samples / 2), even = n - odd;
+        double mean = (odd + 0.25 * even) / n;
+        double want = 0.75 * sqrt(even * odd) / n;
         float error;
         assert_true(co_film_resolve(film, COHORT_AOV_ERROR, &error));
         assert_true(fabs((double)error - want) < 1e-6);
