@@ -3,6 +3,7 @@
 function(cohort_room name)
   cmake_parse_arguments(ROOM "" "" "SOURCES;DEPENDS;INCLUDES" ${ARGN})
   add_library(${name} STATIC ${ROOM_SOURCES})
+  set_property(GLOBAL APPEND PROPERTY COHORT_ROOMS ${name}) # cmake/install.cmake
   target_include_directories(${name} PUBLIC ${ROOM_INCLUDES})
   target_link_libraries(${name} PUBLIC ${ROOM_DEPENDS} PRIVATE cohort_flags OpenMP::OpenMP_C m)
 endfunction()

@@ -1,6 +1,7 @@
 // Builds a scene in memory and renders it with the engine alone: no USD, no delegate. A cube at
 // subdivision level 4, red clay, under a white dome.
 //
+// cc embed_scene.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads images is found.
 // usage: embed_scene OUT.exr [SAMPLES]
 
 #include "cohort/image.h"

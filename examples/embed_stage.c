@@ -1,6 +1,7 @@
 // Renders a stage through the delegate, as a host would: the stage's own camera and resolution, one
 // buffer, one call that starts the render and none that drives it.
 //
+// cc embed_stage.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads images is found.
 // usage: embed_stage STAGE.usda OUT.exr [SAMPLES]
 
 #include "cohort/image.h"

@@ -1,5 +1,11 @@
 // What every public header of Cohort shares: errors, limits, diagnostics and logging.
 //
+// A host links libcohort.a as `pkg-config --cflags --libs cohort` says. Beside it lies a module,
+// lib/cohort/cohort_oiio.so, which is opened when the first image file is read: the host's RPATH must lead
+// to that folder (the flags above see to it; a program that moves with its prefix has $ORIGIN/../lib/cohort),
+// or LD_LIBRARY_PATH. Where it does not, the first image is COHORT_ERROR_INSTALLATION; scenes without image
+// files need no module.
+//
 // Threads: all types here are plain data. A CohortError belongs to the thread that passes it.
 
 #ifndef COHORT_BASE_H
