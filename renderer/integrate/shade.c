@@ -50,7 +50,8 @@ void co_emit_flush(CoEmitter *emitter)
         bool is_kept = encoded.is_kept >> i & 1;
         counts->underflows += !is_kept;
         // A push that fails is remembered by the bins; the schedule reports it.
-        if (is_kept && co_ray_bins_push(render->bins, emitter->worker, encoded.words[i], queue->bin[i]))
+        if (is_kept &&
+            co_ray_bins_push(render->bins, emitter->worker, encoded.words[i], encoded.bin[i]))
             counts->made[queue->kind[i]]++;
     }
     queue->count = 0;

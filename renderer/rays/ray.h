@@ -113,15 +113,16 @@ CoVec3 co_ray_quantize_normal(CoVec3 n);
 // The same as co_ray_quantize_normal, with its code for CoRay.normal_code.
 CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code);
 
-// Which of the six bins: +x, -x, +y, -y, +z, -z of the largest component. Without branches: nobody
-// could guess them.
-static inline uint32_t co_ray_bin(CoVec3 d)
+// Which of the six bins a direction of the grid is of: +x, -x, +y, -y, +z, -z of its largest
+// component. Without branches: nobody could guess them.
+static inline uint32_t co_ray_bin(CoOct code)
 {
-    float x = fabsf(d.x), y = fabsf(d.y), z = fabsf(d.z);
-    uint32_t is_x = (uint32_t)(x >= y) & (uint32_t)(x >= z);
-    uint32_t axis = (is_x ^ 1u) * (1u + (uint32_t)(z > y));
-    uint32_t signs = (uint32_t)(d.x < 0.0f) | (uint32_t)(d.y < 0.0f) << 1 | (uint32_t)(d.z < 0.0f) << 2;
-    return 2u * axis + (signs >> axis & 1u);
+    int32_t v[3];
+    co_oct_unfold(code, CO_DIRECTION_MAX, v);
+    int32_t x = abs(v[0]), y = abs(v[1]), z = abs(v[2]);
+    uint32_t is_x = (uint32_t)(x >= y) & (uint32_t)(x >= z), is_z = (is_x ^ 1u) & (uint32_t)(z > y);
+    int32_t major = is_x ? v[0] : is_z ? v[2] : v[1];
+    return (is_x ? 0u : is_z ? 4u : 2u) + (uint32_t)(major < 0);
 }
 
 // Field arrays of an active batch, in sort order: X(type, name). All 64-byte aligned, padded to 64.

@@ -34,8 +34,7 @@ enum { CO_RAY_QUEUE_RAYS = 16 };
     X(uint32_t, extra) \
     X(uint32_t, pixel) \
     X(uint32_t, sample) \
-    X(uint32_t, seed) \
-    X(uint32_t, bin) /* of co_ray_bin */
+    X(uint32_t, seed)
 
 // {.count = 0} is empty.
 typedef struct CoRayQueue {
@@ -48,6 +47,7 @@ typedef struct CoRayQueue {
 // What becomes of the rays of a queue, in their order.
 typedef struct CoRayEncoded {
     uint32_t words[CO_RAY_QUEUE_RAYS][CO_RAY_WORDS_MAX];
+    uint32_t bin[CO_RAY_QUEUE_RAYS]; // of co_ray_bin
     uint32_t is_kept;       // bit i: ray i has a record; else the roulette of its weight took it
     uint32_t has_overflown; // bit i: its weight is above RGB9e5's own 65408
 } CoRayEncoded;
@@ -93,7 +93,6 @@ static inline bool co_ray_queue_add(CoRayQueue *queue, const CoRay *ray, CoRayKe
     queue->pixel[i] = key.pixel;
     queue->sample[i] = key.sample;
     queue->seed[i] = key.seed;
-    queue->bin[i] = co_ray_bin(ray->dir);
     return queue->count == CO_RAY_QUEUE_RAYS;
 }
 

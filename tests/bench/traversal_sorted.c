@@ -22,7 +22,7 @@ static void push_queue(const Pack *pack, uint32_t worker, CoRayQueue *queue)
     pack->codes->encode(queue, 0, &encoded);
     for (uint32_t i = 0; i < queue->count; i++)
         if (encoded.is_kept >> i & 1)
-            co_ray_bins_push(pack->bins, worker, encoded.words[i], queue->bin[i]);
+            co_ray_bins_push(pack->bins, worker, encoded.words[i], encoded.bin[i]);
     queue->count = 0;
 }
 

@@ -82,7 +82,8 @@ static void write_records(const CoRayBatch *b, uint32_t *words, CoRayRecords *ou
         memcpy(&w[2], &b->org_z[i], sizeof *w);
         w[3] = code[0] ? code[0] - 1 : CO_DIRECTION_MAX;
         w[4] = code[1] ? code[1] - 1 : CO_DIRECTION_MAX;
-        if (co_ray_bin(dir) != 0)
+        CoOct grid = {(int32_t)w[3] - CO_DIRECTION_MAX, (int32_t)w[4] - CO_DIRECTION_MAX};
+        if (co_ray_bin(grid) != 0)
             out->bin = CO_RAY_BIN_MIXED;
     }
 }

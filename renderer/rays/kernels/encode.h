@@ -100,6 +100,15 @@ typedef struct Packed {
     uint32_t word3[RAYS], word4[RAYS], word5[RAYS], word6[RAYS], word8[RAYS];
 } Packed;
 
+static inline void find_bins(const Packed *packed, uint32_t bin[RAYS])
+{
+    for (uint32_t i = 0; i < RAYS; i++) {
+        CoOct code = {(int32_t)(packed->word3[i] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX,
+                      (int32_t)(packed->word4[i] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX};
+        bin[i] = co_ray_bin(code);
+    }
+}
+
 static inline void pack(const CoRayQueue *q, const Weights *weights, Packed *out)
 {
     for (uint32_t i = 0; i < RAYS; i++) {
@@ -150,6 +159,7 @@ void CO_LANE_NAME(co_ray_encode)(const CoRayQueue *q, uint32_t options, CoRayEnc
     find_valid(q, weights.is_valid);
     encode_weights(q, seeds, &weights);
     pack(q, &weights, &packed);
+    find_bins(&packed, out->bin);
     write_words(q, options, &packed, weights.is_valid, out);
     out->is_kept = out->has_overflown = 0;
     for (uint32_t i = 0; i < q->count; i++) {
