@@ -11,7 +11,9 @@
 #include <string.h>
 
 enum {
-    RUN_MOST = 1024,     // rays; 4096 and 8192 traverse slower by 10 and 25%
+    RUN_LEAST = 1024,    // rays of a run, and of a batch of DENSE or more, whose places are closer
+    RUN_DENSE = 2048,
+    DENSE = 1 << 20,
     CELL_RAYS_BITS = 5,  // log2 of the rays of a cell, were they spread evenly
     CELL_BITS_MAX = 15,  // log2 of how many cells
     FINE_BITS = 6,       // that a place is known better than by its cell, at least
@@ -37,6 +39,7 @@ typedef struct Curve {
     size_t segment_count, blocks, block_size;
     CoKeyGrid grid;
     uint32_t cell_bits; // the upper ones of a place
+    uint32_t run_most;  // rays
 } Curve;
 
 // --- cells --------------------------------------------------------------------------------------
@@ -110,12 +113,12 @@ static void scan_cells(Curve *curve)
             *slot = sum;
             sum += n;
         }
-        if (sum - begin <= RUN_MOST || cell + 1 == cell_count(curve))
+        if (sum - begin <= curve->run_most || cell + 1 == cell_count(curve))
             continue;
         // This cell does not fit the segment any more.
         begin = before / CO_SORT_GROUP * CO_SORT_GROUP;
         add_segment(curve, begin);
-        if (sum - begin > RUN_MOST + CO_SORT_GROUP) {
+        if (sum - begin > curve->run_most + CO_SORT_GROUP) {
             begin = sum / CO_SORT_GROUP * CO_SORT_GROUP;
             add_segment(curve, begin);
             curve->segments[curve->segment_count - 1].is_large = true;
@@ -184,7 +187,7 @@ static void finish_segments(void *context, size_t begin, size_t end, uint32_t wo
         const uint64_t *items = curve->sorted;
         if (segment->is_large || !has_directions)
             items = sort_places(curve, segment);
-        size_t most = segment->is_large ? RUN_MOST : RUN_MOST + CO_SORT_GROUP;
+        size_t most = segment->is_large ? curve->run_most : curve->run_most + CO_SORT_GROUP;
         for (size_t first = segment->begin; first < segment->end; first += most) {
             size_t left = segment->end - first;
             sort_run(curve, items + first, left < most ? left : most, curve->sort->order + first);
@@ -201,7 +204,7 @@ static size_t aligned(size_t bytes)
 
 static size_t segments_most(size_t count) // of two neighbors, one at least has half a run
 {
-    return 4 * (count / RUN_MOST) + 4;
+    return 4 * (count / RUN_LEAST) + 4;
 }
 
 static uint32_t cell_bits_of(size_t count)
@@ -232,6 +235,7 @@ static void choose_keys(Curve *curve)
     CoKeyGrid *grid = &curve->grid;
     bool is_mixed = sort->records->bin == CO_RAY_BIN_MIXED;
     curve->cell_bits = cell_bits_of(sort->records->count);
+    curve->run_most = sort->records->count < DENSE ? RUN_LEAST : RUN_DENSE;
     *grid = (CoKeyGrid){.low = sort->low};
     grid->index_bits = co_radix_bits((uint32_t)sort->records->count);
     grid->levels = (curve->cell_bits + FINE_BITS + 2) / 3;

@@ -9,7 +9,7 @@
 enum {
     CO_KEY_FACE_BITS = 3,
     // Of a direction, for each of two axes on a face of the cube:
-    CO_KEY_DIRECTION_BITS = 6, // in a batch of one bin, where faces are known
+    CO_KEY_DIRECTION_BITS = 5, // in a batch of one bin, where faces are known
     CO_KEY_MIXED_BITS = 5,
     CO_KEY_PINHOLE_BITS = 12 // where place is direction
 };
