@@ -1,8 +1,8 @@
 // Ray sort: an order of the records of a batch in which groups of 64 traverse coherently.
 //
 // Source: Eisenacher, Nichols, Selle, Burley 2013, 3.1.
-// Terms: run = rays that are close by origin, at most 4096 (exact) or about 1024 to 2048 (fast); group = 64
-// rays of a run, close by direction.
+// Terms: run = rays that are close by origin, at most 4096 (exact), about 1024 or 2048 (fast); group =
+// 64 rays of a run, close by direction.
 
 #ifndef CO_SORT_RAY_SORT_H
 #define CO_SORT_RAY_SORT_H
