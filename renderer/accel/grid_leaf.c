@@ -57,25 +57,43 @@ static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint3
 static CoBox block_box(const CoMesh *mesh, const Tile *tile, uint32_t blocks, uint32_t place)
 {
     Tile of = *tile;
-    uint32_t at[2] = {0, 2 * (place & 1u)};
+    uint32_t at[2];
     if (co_grid_has_faces(mesh->patches))
-        of.patch += place >> 1;
+        of.patch += co_grid_face_block_at(blocks, place, at);
     else
         co_grid_block_at(blocks, place, at);
-    return squares_box(mesh, &of, of.i + at[0], of.j + at[1], 4, 2);
+    return squares_box(mesh, &of, of.i + at[0], of.j + at[1], blocks == 3 ? 2 : 4, 2);
+}
+
+static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
+{
+    if (co_grid_has_faces(table))
+        return 3 * table->level;
+    if (tile->shift < CO_PATCH_TILE_SHIFT)
+        return tile->shift == 2 && !table->is_triangular ? 2 : 1;
+    return table->is_triangular && tile->i == tile->j ? 6 : 8;
+}
+
+static CoBox face_box(const CoMesh *mesh, const Tile *tile)
+{
+    uint32_t points[7], count = 0, blocks = block_count(mesh->patches, tile);
+    CoBox all;
+    co_box_empty(&all);
+    if (mesh->patches->level == 0)
+        count = co_patch_face_points(mesh->patches, tile->patch / 3, points);
+    for (uint32_t k = 0; k < count; k++)
+        extend_by_point(mesh, points[k], &all);
+    for (uint32_t b = 0; b < blocks; b++) {
+        CoBox box = block_box(mesh, tile, blocks, b);
+        co_box_extend(&all, box.lo, box.hi);
+    }
+    return all;
 }
 
 static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
 {
-    if (co_grid_has_faces(mesh->patches)) {
-        CoBox all;
-        co_box_empty(&all);
-        for (uint32_t b = 0; b < 6; b++) {
-            CoBox box = block_box(mesh, tile, 6, b);
-            co_box_extend(&all, box.lo, box.hi);
-        }
-        return all;
-    }
+    if (co_grid_has_faces(mesh->patches))
+        return face_box(mesh, tile);
     uint32_t room[CO_PATCH_WORDS];
     const uint32_t *words = co_patch_words(mesh->patches, tile->patch, room);
     if (mesh->patches->level > 0) {
@@ -132,15 +150,6 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
     return (uint8_t)byte;
 }
 
-static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
-{
-    if (co_grid_has_faces(table))
-        return 6;
-    if (tile->shift < CO_PATCH_TILE_SHIFT)
-        return tile->shift == 2 && !table->is_triangular ? 2 : 1;
-    return table->is_triangular && tile->i == tile->j ? 6 : 8;
-}
-
 static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
 {
     CoBox box = tile_box(mesh, tile);
@@ -165,7 +174,9 @@ static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *ou
             planes[(2 * k + 1) * blocks] = find_byte(leaf.origin[k], step, block.hi[k], true);
         }
     }
-    return bytes + (blocks > 1 ? 6 * blocks : 0);
+    size_t end = bytes + (blocks > 1 ? 6 * blocks : 0), odd = end % CO_LEAF_UNIT;
+    memset(out + end, 0, odd ? CO_LEAF_UNIT - odd : 0);
+    return end + (odd ? CO_LEAF_UNIT - odd : 0);
 }
 
 static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
@@ -217,12 +228,12 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
     return CO_REF_LEAF;
 }
 
-// Quads are not worth a second block: they take few bytes as it is.
+// Quads, and faces, are not worth a second block: they take few bytes as it is.
 static size_t list_size(const CoPatchTable *table)
 {
-    bool has_quads =
-        table->level == 0 && !table->fold && (table->unit_shift > 0 || table->first_tri);
-    return (has_quads ? 1 : 2) * co_grid_list_step(table);
+    bool has_pairs = table->level == 0 && (table->unit_shift > 0 || table->first_tri);
+    bool is_one = co_grid_has_faces(table) || (has_pairs && !table->fold);
+    return (is_one ? 1 : 2) * co_grid_list_step(table);
 }
 
 CoLeafRule co_grid_rule(const CoMesh *mesh)

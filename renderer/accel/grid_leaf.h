@@ -4,14 +4,16 @@
 // squares, of 2 x 2. A triangular patch of 4 squares a side is a block too. What a leaf is depends
 // on the level of the mesh.
 //
-// - Level 0, and 1 of triangular patches or where n-gons are split: a list of patches (CoGridList),
-//   as many as are two blocks, of quads of the cage one: 4 of a triangle or two, 2 of four
-//   triangles or 1 of eight to a block.
+// - Level 0, and 1 of triangular patches: a list of patches (CoGridList), as many as are two
+// blocks,
+//   of quads one: 4 of a triangle or two, or 2 of four triangles to a block. Of triangles that are
+//   split in 3 a list of faces: 4 in fans or 2 in quads, one block.
 // - Where all patches are one block, that: the reference is the patch's number, and there is
 //   nothing else.
 // - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
 //   Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
-//   there are 6. Of split triangles whose patches have 2 blocks a tile is the face.
+//   there are 6. Of triangles split in 3, with up to 4 squares a side
+//   to a patch, a tile is the face: of 3 or 6 blocks.
 //
 // Boxes are rounded outward to 8 bits of the tile's box, so that a hit depends on none
 // of this.
@@ -67,27 +69,36 @@ static inline void co_grid_block_at(uint32_t blocks, uint32_t place, uint32_t at
     at[1] = 2 * row;
 }
 
-// Whether tiles are faces: of triangles, 3 patches with 4 squares a side.
+// The same of a face of 3 or 6; returns which patch of the face it is in.
+static inline uint32_t co_grid_face_block_at(uint32_t blocks, uint32_t place, uint32_t at[2])
+{
+    at[0] = 0;
+    at[1] = blocks == 3 ? 0 : 2 * (place & 1u);
+    return blocks == 3 ? place : place >> 1;
+}
+
+// Whether what a tree is built over, in place of patches, is faces: triangles, split in 3.
 static inline bool co_grid_has_faces(const CoPatchTable *table)
 {
-    return table->fold == 3 && table->level == 2;
+    return table->fold == 3 && table->level <= 2;
 }
 
 static inline bool co_grid_is_list(const CoPatchTable *table)
 {
-    return table->level == 0 || (table->level == 1 && (table->is_triangular || table->fold));
+    return table->level == 0 || (table->level == 1 && table->is_triangular);
 }
 
-// Patches of a list to a block.
+// How many of a list to a block.
 static inline uint32_t co_grid_list_step(const CoPatchTable *table)
 {
-    return table->level == 0 ? 4 : table->is_triangular ? 2 : 1;
+    bool is_two = table->level > 0 || (table->fold == 3 && table->stride > 4);
+    return is_two ? 2 : 4;
 }
 
 // Whether all patches are one block.
 static inline bool co_grid_is_block(const CoPatchTable *table)
 {
-    return !co_grid_is_list(table) && table->level == (table->is_triangular ? 2 : 1);
+    return table->level == (table->is_triangular ? 2 : 1) && !co_grid_has_faces(table);
 }
 
 static inline bool co_grid_has_tiles(const CoPatchTable *table)

@@ -85,6 +85,20 @@ static inline void co_patch_unfold(const CoPatchTable *table, const uint32_t *fa
     words[CO_PATCH_INNER] = center + 1 + n * spoke + k * spoke * spoke;
 }
 
+// Points of a face of triangles in a folded table of level 0, as many as it has words: corners,
+// then the middles of edges, unless patches are fans, then the center.
+static inline uint32_t co_patch_face_points(const CoPatchTable *table, uint32_t face,
+                                            uint32_t out[7])
+{
+    const uint32_t *words = table->words + (size_t)face * table->stride;
+    for (uint32_t k = 0; k < 3; k++)
+        out[k] = words[k];
+    for (uint32_t k = 3; k + 1 < table->stride; k++)
+        out[k] = co_patch_word_point(words[k], 1);
+    out[table->stride - 1] = words[table->stride - 1];
+    return table->stride;
+}
+
 // Words of all patches or faces.
 static inline size_t co_patch_word_count(const CoPatchTable *table)
 {
@@ -97,7 +111,7 @@ static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t
 {
     if (!table->fold)
         return table->words + (size_t)patch * table->stride;
-    uint32_t face = patch / table->fold;
+    uint32_t face = table->fold == 3 ? patch / 3 : patch / table->fold; // 3 takes no division
     co_patch_unfold(table, table->words + (size_t)face * table->stride, patch - face * table->fold,
                     room);
     return room;

@@ -8,13 +8,15 @@ static void points_lie_between_corners(void **state)
 {
     (void)state;
     static Cage cage;
-    make_torus(&cage, true, false);
-    for (uint32_t level = 0; level <= 4; level++) {
+    for (uint32_t k = 0; k < 10; k++) {
+        uint32_t level = k / 2;
+        make_torus(&cage, k % 2 == 0, k % 2 == 1); // with other faces, or of triangles alone
         CohortMeshDesc desc = cage_desc(&cage, COHORT_SCHEME_BILINEAR, level);
         CoMesh mesh;
         make_mesh(&desc, &mesh);
         assert_int_equal(open_edges(&mesh), 0);
         const CoPatchTable *table = mesh.patches;
+        assert_int_equal(table->fold, k % 2 ? 3 : 0);
         uint32_t tri = 0;
         for (uint32_t patch = 0; patch < table->count; patch++) {
             uint32_t room[CO_PATCH_WORDS];
@@ -27,10 +29,10 @@ static void points_lie_between_corners(void **state)
             }
             uint32_t m = 1u << co_patch_shift(table, words);
             CoVec3 q[4];
-            for (int k = 0; k < 4; k++)
-                q[k] = co_vec3_load(mesh.points + 3 * words[k]);
-            for (uint32_t k = 0; k < (m + 1) * (m + 1); k++) {
-                uint32_t i = k % (m + 1), j = k / (m + 1);
+            for (int c = 0; c < 4; c++)
+                q[c] = co_vec3_load(mesh.points + 3 * words[c]);
+            for (uint32_t at = 0; at < (m + 1) * (m + 1); at++) {
+                uint32_t i = at % (m + 1), j = at / (m + 1);
                 float u = (float)i / (float)m, v = (float)j / (float)m;
                 CoVec3 p = co_lerp3(co_lerp3(q[0], q[1], u), co_lerp3(q[3], q[2], u), v);
                 CoVec3 got = co_vec3_load(mesh.points + 3 * co_patch_point(table, words, m, i, j));
@@ -48,12 +50,12 @@ static void points_lie_between_corners(void **state)
 static void faces_are_small(void **state)
 {
     (void)state;
-    // Bytes per triangle, of a torus of 96 quads and of one of 192 triangles.
-    const size_t most[2][4] = {{17, 14, 10, 9}, {21, 16, 11, 9}};
+    // Bytes per triangle, of a torus of 96 quads, and of one of 192 triangles in either scheme.
+    const size_t most[3][4] = {{17, 14, 10, 9}, {21, 16, 11, 9}, {15, 14, 10, 9}};
     static Cage cage;
-    for (uint32_t k = 0; k < 8; k++) {
-        make_torus(&cage, false, k / 4 == 1);
-        CohortScheme scheme = k / 4 ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
+    for (uint32_t k = 0; k < 12; k++) {
+        make_torus(&cage, false, k / 4 > 0);
+        CohortScheme scheme = k / 4 == 1 ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
         CohortMeshDesc desc = cage_desc(&cage, scheme, k % 4);
         CoMesh mesh;
         make_mesh(&desc, &mesh);

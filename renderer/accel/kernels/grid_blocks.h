@@ -295,15 +295,41 @@ static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches
     return gather_block(block, bvh->points);
 }
 
+// Up to 4 faces of three corners and a center, which are fans of 3, or 2 with the middles of their
+// edges, of 6 triangles.
+static inline CoTriLeaf open_faces(const CoBvh *bvh, const uint32_t *faces, uint32_t count,
+                                   GridBlock *block)
+{
+    const uint8_t fans[18] = {0x10, 0x42, 0x65, 0x98, 0xca, 0xed, 0x21, 0x50, 0x46,
+                              0xa9, 0xd8, 0xce, 0x33, 0x73, 0x77, 0xbb, 0xfb, 0xff};
+    const uint8_t quads[18] = {0x00, 0x11, 0x22, 0x77, 0x88, 0x99, 0x63, 0x64, 0x65,
+                               0xda, 0xdb, 0xdc, 0x56, 0x36, 0x46, 0xcd, 0xad, 0xbd};
+    const uint32_t room = bvh->patches->stride, step = co_grid_list_step(bvh->patches);
+    const uint32_t own = 12 / step; // triangles of a face
+    memcpy(block->corner, room > 4 ? quads : fans, sizeof fans);
+    for (uint32_t q = 0; q < step; q++)
+        co_patch_face_points(bvh->patches, faces[q < count ? q : 0], block->index + room * q);
+    for (uint32_t i = room * step; i < CO_LEAF_WIDTH; i++)
+        block->index[i] = block->index[0];
+    block->count = 12;
+    block->valid = (1u << own * (count < step ? count : step)) - 1u;
+    block->first = own * faces[0];
+    block->starts = 1;
+    for (uint32_t q = 1; q < step && q < count; q++) {
+        block->starts |= (uint16_t)(1u << own * q);
+        block->skipped[q - 1] = own * (faces[q] - q) - block->first;
+    }
+    return gather_block(block, bvh->points);
+}
+
 static inline CoTriLeaf open_patches(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                      GridBlock *block)
 {
-    const uint32_t origin[2] = {0, 0};
+    if (co_grid_has_faces(bvh->patches))
+        return open_faces(bvh, patches, count, block);
     if (bvh->patches->level == 0)
         return open_quads(bvh, patches, count, block);
-    if (bvh->patches->is_triangular)
-        return open_triangles(bvh, patches, count, block);
-    return open_squares(bvh, patches[0], origin, block);
+    return open_triangles(bvh, patches, count, block);
 }
 
 static inline uint32_t open_list(const CoBvh *bvh, uint32_t ref, uint32_t patches[CO_LIST_PATCHES])
@@ -365,8 +391,8 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
 {
     uint32_t at[2];
     if (co_grid_has_faces(bvh->patches)) {
-        const uint32_t in_patch[2] = {0, 2 * (place & 1u)};
-        return open_squares(bvh, tile->patch + (place >> 1), in_patch, block);
+        uint32_t patch = co_grid_face_block_at(co_grid_blocks(tile), place, at);
+        return open_squares(bvh, tile->patch + patch, at, block);
     }
     co_grid_block_at(co_grid_blocks(tile), place, at);
     if (tile->blocks & CO_TILE_PLACED) {
