@@ -58,6 +58,14 @@ bool co_ptex_inflate_at(CoPtexOpening *opening, uint64_t offset, uint64_t packed
 // Reads and checks 20 bytes of face info.
 bool co_ptex_face_read(CoPtexOpening *opening, const unsigned char *bytes, CoPtexFace *out);
 
+enum {
+    CO_PTEX_LEVEL_INFO = 16 // bytes for each level
+};
+
+// Reads the level info at *offset and the levels behind it, `data_size` bytes, which *offset is
+// then moved past. The faces must have been read.
+bool co_ptex_levels_read(CoPtexOpening *opening, uint64_t data_size, uint64_t *offset);
+
 // Adds a face's block and its tiles; `index` is where it goes, CO_PTEX_NO_BLOCK appends (and `*out`
 // receives the place).
 bool co_ptex_block_add(CoPtexOpening *opening, const CoPtexBlock *block, int ulog2, int vlog2,

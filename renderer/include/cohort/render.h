@@ -98,10 +98,12 @@ typedef struct CohortRenderStats {
     const char *isa;   // static
 } CohortRenderStats;
 
-// Prepares a render. The scene must be committed, outlive the render and stay unedited meanwhile.
+// Prepares a render. The scene must be committed, outlive the render and stay unedited meanwhile. The
+// settings are copied. NULL with COHORT_ERROR_ARGUMENT for a setting out of its range, _LIMIT where
+// `memory` is too little (the message says what would do), _OUT_OF_MEMORY, or a scratch folder's fault.
 CohortRender *cohort_render_create(const CohortScene *scene, const CohortRenderSettings *settings,
                                    CohortError *err);
-void cohort_render_destroy(CohortRender *render);
+void cohort_render_destroy(CohortRender *render); // NULL is allowed
 
 // Renders one round. Returns false on error or cancellation; the film then holds the last complete
 // round, and after a cancellation the call may be repeated.
@@ -131,7 +133,6 @@ bool cohort_render_save(const CohortRender *render, const char *path, uint64_t s
 // Goes on from such a file. Refuses another size, seed, settings or stage, by name.
 bool cohort_render_resume(CohortRender *render, const char *path, uint64_t stage_hash,
                           CohortError *err);
-
 
 // What Cohort was built with, and the instruction set it would choose. Static strings.
 typedef struct CohortLibraryVersions {

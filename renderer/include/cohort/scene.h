@@ -129,7 +129,10 @@ typedef struct CohortInstanceDesc {
     bool color_yields; // display_color is for meshes without displayColor alone
 } CohortInstanceDesc;
 
+// An empty scene. NULL when out of memory.
 CohortScene *cohort_scene_create(CohortError *err);
+
+// Frees a scene and all that was made of it; no render may have it any more. NULL is allowed.
 void cohort_scene_destroy(CohortScene *scene);
 
 // A new object id, empty until set. COHORT_INVALID_ID when out of memory.
@@ -235,9 +238,17 @@ typedef struct CohortMaterialDesc {
 
 CohortMaterialDesc cohort_material_default(void);
 
+// A new texture, which the commit opens: a file that cannot be read is a warning then, and its texels
+// are `fallback`. Textures cannot be changed, and equal ones are not merged. COHORT_INVALID_ID when
+// out of memory.
 uint32_t cohort_scene_new_texture(CohortScene *scene, const CohortTextureDesc *desc,
                                   CohortError *err);
+
+// A new material id, as if none were bound until it is set. COHORT_INVALID_ID when out of memory.
 uint32_t cohort_scene_new_material(CohortScene *scene, CohortError *err);
+
+// Gives a material its values. It stays what it was when this fails: out of memory, an id that is not
+// there, more than 16 lookups.
 bool cohort_scene_set_material(CohortScene *scene, uint32_t material, const CohortMaterialDesc *desc,
                                CohortError *err);
 
@@ -277,7 +288,13 @@ typedef struct CohortLightDesc {
 } CohortLightDesc;
 
 CohortLightDesc cohort_light_default(CohortLightType type);
+
+// A new light id, hidden until it is set. COHORT_INVALID_ID when out of memory.
 uint32_t cohort_scene_new_light(CohortScene *scene, CohortError *err);
+
+// Gives a light its values. What cannot shine (sizes or a transform that are not finite, a texture that
+// cannot be read) is a warning of the commit. The light stays what it was when this fails: out of
+// memory, an id that is not there.
 bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLightDesc *desc,
                             CohortError *err);
 
@@ -294,6 +311,8 @@ typedef struct CohortCameraDesc {
     double focus_distance;      // scene units, used when lens_radius > 0
 } CohortCameraDesc;
 
+// Sets the one camera. COHORT_ERROR_SCENE when its transform or window is not finite, or the window
+// has no width or height; the camera stays what it was.
 bool cohort_scene_set_camera(CohortScene *scene, const CohortCameraDesc *desc, CohortError *err);
 
 // ---- Commit ----------------------------------------------------------------------------------
