@@ -24,8 +24,8 @@ typedef struct CoLightImage {
 // works in irradiance at the point, does not need it. NULL when out of memory.
 //
 // Radiance follows UsdLux: intensity * 2^exposure / sizeFactor * color * temperature * texture *
-// shaping. Rect and disk emit to one side, along -Z; spheres to both, of which a ray meets the near
-// one from outside, the far one from inside. Sizes are those of the transformed shape: a disk may
+// shaping. Rect and disk emit to one side, along -Z; spheres outwards, so that inside one there is
+// none of its light. Sizes are those of the transformed shape: a disk may
 // become an ellipse, a rect a parallelogram, a sphere an ellipsoid. Shaping concerns rect, disk and
 // sphere. A dome's transform counts by its rotation alone.
 CoLights *co_lights_create(const CohortLightDesc *descs, const CoLightImage *images, uint32_t count,

@@ -86,7 +86,8 @@ float co_rect_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi);
 
 bool co_disk_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi);
 
-// sphere_light.c. meet: the near side from outside, the far side from inside.
+// sphere_light.c
+bool co_sphere_light_is_around(const CoLight *light, CoVec3 org);
 bool co_sphere_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi);
 float co_sphere_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi);
 bool co_sphere_light_meet(const CoLight *light, CoVec3 org, CoVec3 dir, float *t);

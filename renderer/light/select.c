@@ -64,6 +64,9 @@ float co_light_importance(const CoLight *light, CoVec3 org, CoVec3 n)
     CoVec3 d = co_sub(light->center, org);
     float dist = sqrtf(co_dot(d, d)), inv_dist = 1.0f / co_max(dist, 1e-15f);
     float sin_cone = light->bound * inv_dist;
+    if (light->type == COHORT_LIGHT_SPHERE && sin_cone >= 1.0f &&
+        co_sphere_light_is_around(light, org))
+        return 0.0f;
     float size =
         light->type == COHORT_LIGHT_SPHERE ? ball_size(sin_cone) : flat_size(light, org, inv_dist);
     if (!(size > 0.0f))

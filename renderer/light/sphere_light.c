@@ -1,7 +1,7 @@
 // Spheres, and ellipsoids as the unit sphere of a linear map.
 //
-// From outside, the visible cone is sampled uniformly in solid angle; from inside, the surface
-// uniformly. A direction's density changes under a linear map A by |det A| / |A w|^3.
+// The visible cone is sampled uniformly in solid angle. A direction's density changes under a linear
+// map A by |det A| / |A w|^3. Inside there is no light: UsdLux emits outwards.
 
 #include "light/light_internal.h"
 #include "math/warp.h"
@@ -24,8 +24,20 @@ static Ball ball_from(const CoLight *light, CoVec3 org)
         ball.radius = 1.0f;
     }
     ball.d2 = co_dot(ball.center, ball.center);
-    ball.is_inside = !(ball.d2 > ball.radius * ball.radius * 1.0001f);
+    ball.is_inside = !(ball.d2 > ball.radius * ball.radius);
     return ball;
+}
+
+bool co_sphere_light_is_around(const CoLight *light, CoVec3 org)
+{
+    return ball_from(light, org).is_inside;
+}
+
+// 1 - cos of half the visible cone.
+static float cone_versine(const Ball *ball)
+{
+    float sin2 = co_min(ball->radius / ball->d2 * ball->radius, 1.0f);
+    return sin2 / (1.0f + sqrtf(1.0f - sin2));
 }
 
 static CoVec3 to_ball(const CoLight *light, CoVec3 dir, float *stretch)
@@ -47,61 +59,44 @@ static CoVec3 from_ball(const CoLight *light, CoVec3 v)
     return co_normalize(co_madd(co_madd(world, light->ey, v.y), light->ez, v.z));
 }
 
-// Distance along the unit direction: near side from outside, far side from inside; negative = none.
+// Distance along the unit direction to the near side, negative = none.
 static float ball_distance(const Ball *ball, CoVec3 dir)
 {
     float along = co_dot(ball->center, dir);
     CoVec3 across = co_sub(ball->center, co_scale(dir, along));
     float rest = ball->radius * ball->radius - co_dot(across, across);
-    if (!(rest >= 0.0f))
-        return -1.0f;
-    float half = sqrtf(rest);
-    return ball->is_inside ? along + half : along - half;
+    return rest >= 0.0f ? along - sqrtf(rest) : -1.0f;
 }
 
 bool co_sphere_light_sample(const CoLight *light, CoVec3 org, float u0, float u1, CoVec3 *wi)
 {
     Ball ball = ball_from(light, org);
-    CoVec3 local;
-    if (ball.is_inside) {
-        CoVec3 on_surface = co_warp_cone(2.0f, u0, u1);
-        local = co_normalize(co_madd(ball.center, on_surface, ball.radius));
-    } else {
-        float sin2 = ball.radius / ball.d2 * ball.radius;
-        float versine = sin2 / (1.0f + sqrtf(1.0f - sin2));
-        CoVec3 axis = co_normalize(ball.center), s, t;
-        co_basis(axis, &s, &t);
-        local = co_normalize(co_from_frame(s, t, axis, co_warp_cone(versine, u0, u1)));
-    }
-    *wi = from_ball(light, local);
+    if (ball.is_inside)
+        return false;
+    CoVec3 axis = co_normalize(ball.center), s, t;
+    co_basis(axis, &s, &t);
+    CoVec3 local = co_from_frame(s, t, axis, co_warp_cone(cone_versine(&ball), u0, u1));
+    *wi = from_ball(light, co_normalize(local));
     return co_dot(*wi, *wi) > 0.5f;
 }
 
 float co_sphere_light_pdf(const CoLight *light, CoVec3 org, CoVec3 wi)
 {
     Ball ball = ball_from(light, org);
-    float stretch, pdf;
-    CoVec3 dir = to_ball(light, wi, &stretch);
-    if (ball.is_inside) {
-        float t = ball_distance(&ball, dir);
-        CoVec3 n = co_sub(co_scale(dir, t), ball.center); // radius long
-        float cosine = fabsf(co_dot(n, dir));
-        if (!(t > 0.0f) || !(cosine > 0.0f))
-            return 0.0f;
-        pdf = t * t / (4.0f * CO_PI * ball.radius * cosine);
-    } else {
-        float sin2 = ball.radius / ball.d2 * ball.radius;
-        float versine = sin2 / (1.0f + sqrtf(1.0f - sin2));
-        pdf = 1.0f / (2.0f * CO_PI * versine);
-    }
+    if (ball.is_inside)
+        return 0.0f;
+    float pdf = 1.0f / (2.0f * CO_PI * cone_versine(&ball)), stretch;
     if (light->is_right_angled)
         return pdf;
+    to_ball(light, wi, &stretch);
     return pdf * light->to_local_det / (stretch * stretch * stretch);
 }
 
 bool co_sphere_light_meet(const CoLight *light, CoVec3 org, CoVec3 dir, float *t)
 {
     Ball ball = ball_from(light, org);
+    if (ball.is_inside)
+        return false;
     float stretch;
     CoVec3 local = to_ball(light, dir, &stretch);
     float distance = ball_distance(&ball, local) / stretch;

@@ -30,7 +30,7 @@ static void irradiance_of_area_lights_is_the_closed_form(void **state)
     CohortLightDesc sphere = test_light(COHORT_LIGHT_SPHERE);
     test_place(&sphere, 0, 0, 2);
     test_near(meter(sphere, co_vec3(0, 0, 0)), test_pi * 0.25 / 4.0, 1e-4);
-    test_near(meter(sphere, co_vec3(0, 0, 1.9f)), test_pi, 1e-3);
+    test_near(meter(sphere, co_vec3(0, 0, 1.9f)), 0.0, 1e-3);
 }
 
 static void irradiance_of_distant_lights_follows_the_schema(void **state)
