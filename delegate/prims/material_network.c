@@ -79,6 +79,17 @@ static void copy_constant(const CohortNodeInput *input, float out[4])
         out[i] = input->value[i];
 }
 
+// What a texture node without a texture gives from a channel on.
+static void copy_fallback(const CohortMaterialNode *node, uint32_t channel, float out[4])
+{
+    const CohortNodeInput *fallback = co_network_input(node, "fallback");
+    float color[4] = {0.0f, 0.0f, 0.0f, 1.0f};
+    if (fallback)
+        copy_constant(fallback, color);
+    for (uint32_t i = 0; i < 4; i++)
+        out[i] = color[channel + i < 4 ? channel + i : 3];
+}
+
 static void connect_primvar(CoNetwork *net, const CohortMaterialNode *reader, CohortInput *out)
 {
     const CohortNodeInput *varname = co_network_input(reader, "varname");
@@ -115,9 +126,7 @@ static void connect(CoNetwork *net, const CohortMaterialNode *surface, const Coh
     if (is_texture) {
         uint32_t lookup = co_network_lookup(net, input->source_node);
         if (lookup == COHORT_INVALID_ID) {
-            const CohortNodeInput *fallback = co_network_input(source, "fallback");
-            if (fallback)
-                copy_constant(fallback, out->value);
+            copy_fallback(source, channel_of(input->source_output), out->value);
             return;
         }
         out->kind = COHORT_INPUT_TEXTURE;

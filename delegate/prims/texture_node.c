@@ -176,7 +176,8 @@ static uint32_t make_texture(CoNetwork *net, const CohortMaterialNode *node)
     const CohortNodeInput *file = co_network_input(node, "file");
     if (!file)
         file = co_network_input(node, "filename");
-    if (!file || co_network_source(net, file) || (!file->resolved && !file->string)) {
+    bool is_named = file && (file->string ? file->string[0] != '\0' : file->resolved != NULL);
+    if (!is_named || co_network_source(net, file)) {
         co_network_report(net, node, "inputs:file", "", "no file: the fallback color");
         return COHORT_INVALID_ID;
     }

@@ -200,13 +200,15 @@ static void open_textured(const char *surface, const char *texture)
              "  def Shader 'S' { uniform token info:id = 'UsdPreviewSurface'; %s;"
              "    token outputs:surface }"
              "  def Shader 'T' { uniform token info:id = 'UsdUVTexture';"
-             "    float4 inputs:fallback = (0,0,1,1); %s; float3 outputs:rgb }"
+             "    %s; float3 outputs:rgb; float outputs:a }"
              "  def Shader 'X' { uniform token info:id = 'UsdTransform2d';"
              "    float2 inputs:scale = (0,0); float2 outputs:result } }"
              "def Mesh 'A' { $triangle rel material:binding = </M> }",
              surface, texture);
     open_stage(body);
 }
+
+#define FLAT "float4 inputs:fallback = (0,0,1,1); " // else the map's loss is told instead
 
 // In formats without negative numbers normals must be scaled and biased, and they are no colors.
 static void test_normals_read_as_colors(void **state)
@@ -216,11 +218,11 @@ static void test_normals_read_as_colors(void **state)
         const char *texture;
         bool bias, space;
     } cases[] = {
-        {"asset inputs:file = @n.png@", true, true},
-        {"asset inputs:file = @n.PNG@; float4 inputs:bias = (0,0,0,0)", false, true},
-        {"asset inputs:file = @n.jpg@; token inputs:sourceColorSpace = 'raw'", true, false},
-        {"asset inputs:file = @n.tga@ (colorSpace = 'raw')", true, false},
-        {"asset inputs:file = @n.exr@", false, false}};
+        {FLAT "asset inputs:file = @n.png@", true, true},
+        {FLAT "asset inputs:file = @n.PNG@; float4 inputs:bias = (0,0,0,0)", false, true},
+        {FLAT "asset inputs:file = @n.jpg@; token inputs:sourceColorSpace = 'raw'", true, false},
+        {FLAT "asset inputs:file = @n.tga@ (colorSpace = 'raw')", true, false},
+        {FLAT "asset inputs:file = @n.exr@", false, false}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         open_textured("normal3f inputs:normal.connect = </M/T.outputs:rgb>", cases[i].texture);
         assert_int_equal(is_reported("/M/T", "inputs:bias"), cases[i].bias);
@@ -254,6 +256,20 @@ static void test_scales(void **state)
     }
 }
 
+// An empty name is no file: nothing is opened, each output gives its part of the fallback.
+static void test_files_without_a_name(void **state)
+{
+    (void)state;
+    open_textured("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>;"
+                  "float inputs:opacity.connect = </M/T.outputs:a>",
+                  "asset inputs:file = @@; float4 inputs:fallback = (0.25,0.5,0.75,0.125)");
+    assert_true(is_reported("/M/T", "inputs:file"));
+    assert_int_equal(fake.texture_count, 0);
+    const CohortMaterialDesc *m = &fake.materials[0];
+    assert_true(m->diffuse_color.value[0] == 0.25f && m->diffuse_color.value[2] == 0.75f);
+    assert_true(m->opacity.value[0] == 0.125f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -267,6 +283,7 @@ int main(void)
         cmocka_unit_test(test_normals_read_as_colors),
         cmocka_unit_test(test_constant_normals),
         cmocka_unit_test_teardown(test_scales, close_stage),
+        cmocka_unit_test_teardown(test_files_without_a_name, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,7 +46,7 @@ static void test_missing_file_gives_the_fallback(void **state)
                                        .value = {0.25f, 0.5f, 0.75f, 1.0f}}};
     sync_with_node("UsdUVTexture", inputs, 1);
     assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_CONSTANT);
-    assert_true(fake.materials[0].diffuse_color.value[2] == 0.75f);
+    assert_true(fake.materials[0].diffuse_color.value[0] == 0.5f); // output g
     assert_non_null(report_of("inputs:file"));
 }
 
