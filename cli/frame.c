@@ -3,6 +3,7 @@
 #include "render_command.h"
 
 #include "cli.h"
+#include "names.h"
 #include "stats_file.h"
 
 #include <signal.h>
@@ -87,16 +88,6 @@ double render_now(void)
 
 // ---- Files -------------------------------------------------------------------------------------
 
-static bool frame_path(const RenderRun *run, const char *pattern, size_t frame, char *path,
-                       size_t size, CohortError *err)
-{
-    char why[512];
-    if (frames_path(pattern, run->frames.count ? &run->frames : NULL, frame, path, size, why,
-                    sizeof why))
-        return true;
-    return fail(err, COHORT_ERROR_ARGUMENT, "%s", why);
-}
-
 static void fill_stamp(const RenderRun *run, const char *status, OutputStamp *stamp)
 {
     CohortSettingValue filter = {0}, space = {0};
@@ -125,7 +116,7 @@ static bool write_outputs(RenderRun *run, size_t frame, const char *status, Coho
     fill_stamp(run, status, &stamp);
     for (size_t i = 0; i < o->outputs.count; i++) {
         char path[4096];
-        if (!frame_path(run, o->outputs.items[i], frame, path, sizeof path, err) ||
+        if (!names_frame(run, o->outputs.items[i], frame, path, sizeof path, err) ||
             !output_write(path, &run->buffers, &stamp, err))
             return false;
         if (!o->is_quiet)
@@ -141,8 +132,7 @@ static bool write_stats(RenderRun *run, size_t frame, const char *status, Cohort
     if (!pattern)
         return true;
     char path[4096];
-    snprintf(path, sizeof path, "%s", pattern);
-    if (strchr(pattern, '#') && !frame_path(run, pattern, frame, path, sizeof path, err))
+    if (!names_frame(run, pattern, frame, path, sizeof path, err))
         return false;
     StatsContext context = {.stage = run->stage_path,
                             .status = status,
@@ -223,12 +213,24 @@ static bool check_files(RenderRun *run, size_t frame, CohortError *err)
     run->has_film = false;
     for (size_t i = 0; i < run->options.outputs.count; i++) {
         char path[4000];
-        if (!frame_path(run, run->options.outputs.items[i], frame, path, sizeof path, err) ||
-            !output_check(path, err))
+        if (!names_frame(run, run->options.outputs.items[i], frame, path, sizeof path, err) ||
+            !names_check_writable(path, err))
             return false;
         if (i == 0)
             snprintf(run->film, sizeof run->film, "%s.film", path);
     }
+    return true;
+}
+
+// An image of the stage's that cannot be read is a warning; one that was asked for by name is not.
+static bool check_env(const RenderRun *run, CohortError *err)
+{
+    const CohortDiagnostic *warnings;
+    size_t count = cohort_render_index_warnings(run->index, &warnings);
+    for (size_t i = 0; i < count; i++)
+        if (!strcmp(warnings[i].place, COHORT_ENV_PATH))
+            return fail(err, COHORT_ERROR_TEXTURE, "--env %.80s: %.150s", run->options.env,
+                        warnings[i].text);
     return true;
 }
 
@@ -248,6 +250,7 @@ static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError 
     cohort_delegate_set_round_callback(run->delegate, keep_film, keeper);
     bool ok = cohort_render_pass_execute(run->pass, &state, err);
     is_loading = 0;
+    ok = ok && check_env(run, err);
     run->load_seconds = (frame == 0 ? start - run->start : 0.0) + render_now() - start;
     return ok;
 }

@@ -2,6 +2,8 @@
 
 #include "cli.h"
 
+#include "cohort/stage_adapter.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -106,6 +108,8 @@ void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *ind
     count = cohort_render_index_warnings(index, &warnings);
     for (size_t i = 0; i < count; i++) {
         const CohortDiagnostic *w = &warnings[i];
+        if (!strcmp(w->place, COHORT_ENV_PATH)) // that is the error which ends the render
+            continue;
         fprintf(stderr, "cohort: %s%swarning: %s", w->place, w->place[0] ? ": " : "", w->text);
         if (w->count > 1)
             fprintf(stderr, " (%llu times)", (unsigned long long)w->count);

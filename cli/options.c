@@ -45,6 +45,7 @@ static bool store_number(const Option *o, const char *text)
         for (long i = unit ? unit - units + 1 : 0; i > 0; i--)
             value *= 1024.0;
         end += unit != NULL;
+        end += unit && *end == 'i';
         end += *end == 'B' || *end == 'b';
     }
     if (*end || !isfinite(value) || ((o->least != 0.0 || o->most != 0.0) &&
@@ -64,6 +65,9 @@ static bool store_number(const Option *o, const char *text)
 
 static int store(const char *command, const Option *o, const char *text)
 {
+    // A variable of a script that is not set: nobody means the default by that.
+    if (text && !text[0])
+        return usage_error(command, "--%s has an empty value", o->name);
     switch (o->type) {
     case OPTION_FLAG:
         *(bool *)o->target = true;
@@ -88,10 +92,13 @@ static int store(const char *command, const Option *o, const char *text)
     }
     if (store_number(o, text))
         return 0;
+    if (o->type == OPTION_BYTES)
+        return usage_error(command, "--%s %s: expected bytes, such as 800M or 4G", o->name, text);
+    const char *kind = o->type == OPTION_INT ? "whole number" : "number";
     if (o->least != 0.0 || o->most != 0.0)
-        return usage_error(command, "--%s %s: expected a number from %.10g to %.10g", o->name, text,
+        return usage_error(command, "--%s %s: expected a %s from %.10g to %.10g", o->name, text, kind,
                            o->least, o->most);
-    return usage_error(command, "--%s %s: expected a number", o->name, text);
+    return usage_error(command, "--%s %s: expected a %s", o->name, text, kind);
 }
 
 int options_parse(const char *command, const Option *table, size_t count, int argc, char **argv,

@@ -2,13 +2,10 @@
 
 #include "cli.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 static bool ends_in(const char *path, const char *ending)
 {
@@ -24,21 +21,6 @@ bool output_is_supported(const char *path)
 bool output_is_png(const char *path)
 {
     return ends_in(path, ".png");
-}
-
-bool output_check(const char *path, CohortError *err)
-{
-    struct stat info;
-    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
-        return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %.200s: it is a folder", path);
-    const char *slash = strrchr(path, '/');
-    char folder[4096] = ".";
-    if (slash)
-        snprintf(folder, sizeof folder, "%.*s", slash > path ? (int)(slash - path) : 1, path);
-    if (access(folder, W_OK | X_OK) == 0)
-        return true;
-    return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write into folder %.150s: %s", folder,
-                strerror(errno));
 }
 
 bool output_buffers_create(CohortDelegate *delegate, uint32_t width, uint32_t height,

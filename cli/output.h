@@ -25,9 +25,6 @@ void output_buffers_destroy(OutputBuffers *buffers);
 bool output_is_supported(const char *path);
 bool output_is_png(const char *path);
 
-// Says before the first ray what would keep the file from being written after the last one.
-bool output_check(const char *path, CohortError *err);
-
 bool output_write(const char *path, const OutputBuffers *buffers, const OutputStamp *stamp,
                   CohortError *err);
 

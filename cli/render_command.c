@@ -3,6 +3,7 @@
 #include "render_command.h"
 
 #include "cli.h"
+#include "names.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -22,26 +23,6 @@ int render_exit_code(const CohortError *err)
 
 // ---- Names -------------------------------------------------------------------------------------
 
-// Every frame must have a name of its own in every output.
-static bool check_names(const RenderRun *run, CohortError *err)
-{
-    const OptionList *outputs = &run->options.outputs;
-    for (size_t i = 0; i < outputs->count; i++) {
-        char path[4096], why[512];
-        if (!output_is_supported(outputs->items[i]))
-            return fail(err, COHORT_ERROR_ARGUMENT, "%.150s: outputs end in .exr or .png",
-                        outputs->items[i]);
-        for (size_t k = 0; k < i; k++)
-            if (!strcmp(outputs->items[i], outputs->items[k]))
-                return fail(err, COHORT_ERROR_ARGUMENT, "%.150s: the output is named twice",
-                            outputs->items[i]);
-        if (!frames_path(outputs->items[i], run->frames.count ? &run->frames : NULL, 0, path,
-                         sizeof path, why, sizeof why))
-            return fail(err, COHORT_ERROR_ARGUMENT, "%s", why);
-    }
-    return true;
-}
-
 // Without -o the stage's first RenderProduct names the output.
 static bool choose_product(RenderRun *run, CohortError *err)
 {
@@ -53,12 +34,23 @@ static bool choose_product(RenderRun *run, CohortError *err)
                     "name at least one output with -o: the stage's render settings name none");
     snprintf(run->product, sizeof run->product, "%s", name);
     run->options.outputs.items[run->options.outputs.count++] = run->product;
-    return check_names(run, err);
+    return names_check(run, err);
 }
 
 // ---- Stage -------------------------------------------------------------------------------------
 
-// "/Prim{set=selection}" that selects nothing is a slip of the user's.
+// What is named and is not there is a slip of the user's.
+static bool check_prims(const RenderRun *run, const char *option, const OptionList *prims,
+                        CohortError *err)
+{
+    for (size_t i = 0; i < prims->count; i++)
+        if (!cohort_stage_prim(cohort_adapter_stage(run->adapter), prims->items[i]))
+            return fail(err, COHORT_ERROR_ARGUMENT, "%s %.150s: there is no such prim", option,
+                        prims->items[i]);
+    return true;
+}
+
+// "/Prim{set=selection}" must select something.
 static bool check_variants(const RenderRun *run, CohortError *err)
 {
     const CohortStage *stage = cohort_adapter_stage(run->adapter);
@@ -103,7 +95,10 @@ static bool open_stage(RenderRun *run, CohortError *err)
         options.time = run->frames.times[0];
     }
     run->adapter = cohort_adapter_open(run->delegate, run->stage_path, &options, err);
-    if (!run->adapter || !check_variants(run, err) || !cohort_adapter_populate(run->adapter, err))
+    if (!run->adapter || !check_prims(run, "--mask", &o->part.masks, err) ||
+        !check_prims(run, "--load", &o->part.loads, err) ||
+        !check_prims(run, "--unload", &o->part.unloads, err) || !check_variants(run, err) ||
+        !cohort_adapter_populate(run->adapter, err))
         return false;
     cohort_adapter_settings(run->adapter, &run->resolved);
     return true;
@@ -186,7 +181,7 @@ static int list_cameras(const RenderRun *run)
 
 static int run_render(RenderRun *run, CohortError *err)
 {
-    if (!check_names(run, err) || !load(run, err))
+    if ((!run->options.list_cameras && !names_check(run, err)) || !load(run, err))
         return render_exit_code(err);
     if (run->options.list_cameras)
         return list_cameras(run);

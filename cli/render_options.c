@@ -56,6 +56,10 @@ static int check(RenderOptions *o)
         o->first_hit_samples = o->first_hit_samples ? o->first_hit_samples : 4;
         o->light_samples = o->light_samples ? o->light_samples : 1;
     }
+    if (o->default_time && o->frames)
+        return usage_error("render", "--default-time and --frames exclude each other");
+    if (o->level >= 0 && o->edge_length > 0.0)
+        return usage_error("render", "--level and --edge-length exclude each other");
     int code = parse_size(o);
     return code ? code : parse_variants(o);
 }
@@ -69,12 +73,12 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"list-cameras", 0, OPTION_FLAG, &o->list_cameras, 0, 0, NULL, NULL, "print the stage's cameras and render nothing"},
         {"frames", 0, OPTION_TEXT, &o->frames, 0, 0, "SPEC", NULL, "7, 1:5, 5:1, 1:9x2, joined by commas (default: the earliest)"},
         {"default-time", 0, OPTION_FLAG, &o->default_time, 0, 0, NULL, NULL, "default values only, no time samples"},
-        {"size", 0, OPTION_TEXT, &o->size, 0, 0, "WxH", NULL, "pixels"},
+        {"size", 0, OPTION_TEXT, &o->size, 0, 0, "WxH", NULL, "pixels (default: the stage's, else 1280 wide)"},
         {"render-settings", 0, OPTION_TEXT, &o->settings_prim, 0, 0, "PATH", NULL, "RenderSettings prim (default: the stage's)"},
         {"variant", 0, OPTION_LIST, &o->variants, 0, 0, "/PRIM{SET=SELECTION}", NULL, "select a variant; may be given again"},
         STAGE_OPTION_ROWS(o->part),
         {"level", 0, OPTION_INT, &o->level, 0, 8, "N", NULL, "subdivision level (default 2)"},
-        {"edge-length", 0, OPTION_NUMBER, &o->edge_length, 0, 1e6, "PX", NULL, "levels by size on screen: no edge longer than this many pixels"},
+        {"edge-length", 0, OPTION_NUMBER, &o->edge_length, 0, 1e6, "PX", NULL, "in place of --level, by size on screen: no edge longer than this many pixels"},
         {"env", 0, OPTION_TEXT, &o->env, 0, 0, "FILE|sky", NULL, "add a dome light: an image, or a built-in sky"},
         {"headlight", 0, OPTION_FLAG, &o->headlight, 0, 0, NULL, NULL, "add a light at the camera"},
         {"hide-lights", 0, OPTION_FLAG, &o->hide_lights, 0, 0, NULL, NULL, "lights and domes do not show in the camera's own rays"},
@@ -86,26 +90,26 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"light-samples", 0, OPTION_INT, &o->light_samples, 1, 255, "N", NULL, "light samples at the first surface (default 1)"},
         {"preset", 0, OPTION_TEXT, &o->preset, 0, 0, NULL, "paper", "4 reflection rays and 1 light sample at the first surface, then 1 and none"},
         {"filter", 0, OPTION_TEXT, &o->filter, 0, 0, NULL, "box|gaussian|blackman-harris", "pixel filter (default blackman-harris)"},
-        {"seed", 0, OPTION_INT, &o->seed, 0, 4294967295.0, "N", NULL, "changes all random numbers"},
+        {"seed", 0, OPTION_INT, &o->seed, 0, 4294967295.0, "N", NULL, "changes all random numbers (default 0)"},
         {"aov", 0, OPTION_LIST, &o->aovs, 0, 0, "NAME", NULL, "depth, cameraDepth, normal, albedo, primId, elementId, sampleCount, error"},
         {"sort", 0, OPTION_TEXT, &o->sort, 0, 0, NULL, "none|rays|hits|both", "which of the two sorts run (default: by the scene)"},
         {"sorter", 0, OPTION_TEXT, &o->sorter, 0, 0, NULL, "exact|fast", "how rays are sorted (default fast)"},
         {"batch", 0, OPTION_INT, &o->batch, 256, 67108864.0, "RAYS", NULL, "rays per batch (default 4194304)"},
         {"scratch", 0, OPTION_TEXT, &o->scratch, 0, 0, "DIR", NULL, "where rays are streamed to (default $TMPDIR or /tmp)"},
-        {"memory", 0, OPTION_BYTES, &o->memory, 0, 0, "BYTES", NULL, "limit, with K, M or G"},
+        {"memory", 0, OPTION_BYTES, &o->memory, 0, 0, "BYTES", NULL, "most that is resident, with K, M, G or T (default: no limit)"},
         {"threads", 0, OPTION_INT, &o->threads, 1, 4096, "N", NULL, "default: all"},
         {"isa", 0, OPTION_TEXT, &o->isa, 0, 0, NULL, "scalar|sse42|avx2|avx512", "instruction set (default: the machine's best)"},
         {"ptex-reductions", 0, OPTION_TEXT, &o->ptex_reductions, 0, 0, NULL, "linear|authored", "coarse Ptex levels: rebuilt in linear, or the file's"},
-        {"converted", 0, OPTION_TEXT, &o->converted, 0, 0, "DIR", NULL, "where converted textures are kept"},
+        {"converted", 0, OPTION_TEXT, &o->converted, 0, 0, "DIR", NULL, "where converted textures are kept (default $XDG_CACHE_HOME/cohort or ~/.cache/cohort)"},
         {"texture-level0", 0, OPTION_FLAG, &o->texture_level0, 0, 0, NULL, NULL, "full-resolution lookups, for references"},
         {"ocio", 0, OPTION_TEXT, &o->ocio, 0, 0, "CONFIG", NULL, "OCIO config (default $OCIO, else a built-in one)"},
-        {"display", 0, OPTION_TEXT, &o->display, 0, 0, "NAME", NULL, "display of PNG outputs"},
-        {"view", 0, OPTION_TEXT, &o->view, 0, 0, "NAME", NULL, "view of PNG outputs"},
+        {"display", 0, OPTION_TEXT, &o->display, 0, 0, "NAME", NULL, "display of PNG outputs (default: the config's)"},
+        {"view", 0, OPTION_TEXT, &o->view, 0, 0, "NAME", NULL, "view of PNG outputs (default: the display's)"},
         {"stats", 0, OPTION_TEXT, &o->stats, 0, 0, "FILE.json", NULL, "write every counter, and what was not honored; #### as in -o"},
         {"resume", 0, OPTION_FLAG, &o->resume, 0, 0, NULL, NULL, "go on from the film beside the first output, if it is there"},
         {"progress", 0, OPTION_TEXT, &o->progress, 0, 0, NULL, "alf", "ALF_PROGRESS lines on standard output"},
         {"quiet", 'q', OPTION_FLAG, &o->is_quiet, 0, 0, NULL, NULL, "errors only"},
-        {"verbose", 'v', OPTION_FLAG, &o->is_verbose, 0, 0, NULL, NULL, "say more"},
+        {"verbose", 'v', OPTION_FLAG, &o->is_verbose, 0, 0, NULL, NULL, "name everything that is not honored, prim by prim"},
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     enum { COUNT = sizeof table / sizeof table[0] };

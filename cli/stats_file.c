@@ -216,7 +216,7 @@ bool stats_write(const char *path, const StatsContext *c, CohortError *err)
     put_report(&j, c);
     fputs("\n}\n", j.file);
     struct stat info;
-    bool is_file = fstat(fileno(j.file), &info) == 0 && S_ISREG(info.st_mode);
+    bool is_file = lstat(path, &info) == 0 && S_ISREG(info.st_mode); // no link, as /dev/stdout is
     bool ok = fflush(j.file) == 0 && !ferror(j.file);
     ok = fclose(j.file) == 0 && ok;
     if (ok)

@@ -18,7 +18,7 @@
 #define CO_PROTOTYPES_PATH "/__cohort/prototypes"
 #define CO_CAMERA_PATH "/__cohort/camera"
 #define CO_HEADLIGHT_PATH "/__cohort/headlight"
-#define CO_ENV_PATH "/__cohort/env"
+#define CO_ENV_PATH COHORT_ENV_PATH
 
 typedef enum CoRecordKind {
     CO_RECORD_MESH = 0, // and implicits

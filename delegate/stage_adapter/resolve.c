@@ -197,14 +197,23 @@ static bool frame_stage(CohortAdapter *a, CohortError *err)
     return co_record_add(a, &record, COHORT_PRIM_CAMERA, err) != NULL;
 }
 
+static bool refuse_camera(const CohortAdapter *a, const char *asked, CohortError *err)
+{
+    CO_CHECK(a->camera_count, err, COHORT_ERROR_ARGUMENT,
+             "the stage has no camera \"%.150s\", nor any other", asked);
+    CO_CHECK(a->camera_count > 1, err, COHORT_ERROR_ARGUMENT,
+             "the stage has no camera \"%.90s\", but %.90s", asked, a->cameras[0]);
+    return CO_FAIL(err, COHORT_ERROR_ARGUMENT,
+                   "the stage has no camera \"%.90s\", but %.60s and %zu more", asked, a->cameras[0],
+                   a->camera_count - 1);
+}
+
 bool co_resolve_camera(CohortAdapter *a, CohortError *err)
 {
     const char *asked = a->options.camera;
     if (asked && asked[0]) {
         a->resolved.camera = camera_named(a, asked);
-        CO_CHECK(a->resolved.camera, err, COHORT_ERROR_ARGUMENT,
-                 "the stage has no camera \"%.150s\" (it has %zu cameras)", asked, a->camera_count);
-        return true;
+        return a->resolved.camera || refuse_camera(a, asked, err);
     }
     const CohortPrim *author = author_of(a, "camera");
     const CohortPrim *camera = first_target_prim(a, author, "camera");

@@ -294,8 +294,21 @@ static void outputs_that_cannot_be_written(void **state)
     assert_refused(&ran, 4, "taken.exr: it is a folder");
     command_run(&ran, "render stage.usda --spp 1 -o taken.png");
     assert_refused(&ran, 4, "taken.png: it is a folder");
-    command_run(&ran, "render stage.usda --spp 1 -o x.exr --stats nofolder/x.json -q");
-    assert_ran(&ran, 4, "nofolder/x.json");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --stats nofolder/x.json");
+    assert_refused(&ran, 4, "nofolder");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --stats taken.exr");
+    assert_refused(&ran, 4, "taken.exr: it is a folder");
+    // Of a range, each frame's files are looked at before the first renders.
+    assert_int_equal(mkdir("f.0002.exr", 0777), 0);
+    command_run(&ran, "render stage.usda --spp 1 -o f.####.exr --frames 1:3");
+    assert_refused(&ran, 4, "f.0002.exr: it is a folder");
+    assert_false(file_exists("f.0001.exr"));
+    command_run(&ran, "render stage.usda --spp 1 -o f.##.exr --frames 1:3 --stats f.json");
+    assert_refused(&ran, 2, "f.json: several frames need a placeholder");
+    assert_int_equal(symlink("/proc/self/fd/1", "out.json"), 0);
+    command_run(&ran, "render stage.usda --spp 1 -q -o x.exr --stats out.json");
+    assert_ran(&ran, 0, "");
+    assert_non_null(strstr(ran.out, "\"version\""));
     unlink("x.exr");
     if (geteuid() == 0) // whom permissions do not stop
         return;
@@ -342,6 +355,11 @@ static void statistics_that_do_not_fit(void **state)
                                      "-o x.exr --stats x.json");
     assert_ran(&ran, 4, "x.json");
     assert_false(file_exists("x.json"));
+    assert_int_equal(symlink("elsewhere.json", "link.json"), 0);
+    command_run_limited(&ran, 16384, "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
+                                     "-o x.exr --stats link.json");
+    assert_ran(&ran, 4, "link.json");
+    assert_int_equal(unlink("link.json"), 0); // a link, /dev/stdout for one, stays what it is
 }
 
 // A stream that cannot be written, or is closed, is said so, and no file takes its place.
@@ -383,6 +401,8 @@ static void folders_and_files_of_options(void **state)
     assert_refused(&ran, 4, "--scratch");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --env none.hdr");
     assert_refused(&ran, 3, "none.hdr");
+    command_run(&ran, "render stage.usda --spp 1 -o x.exr --env stage.usda");
+    assert_refused(&ran, 3, "--env stage.usda: cannot use image");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr -o x.png --ocio none.ocio");
     assert_refused(&ran, 3, "none.ocio");
 }

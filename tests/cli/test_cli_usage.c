@@ -3,7 +3,10 @@
 #include "command.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 static void help_of_every_command(void **state)
 {
@@ -74,7 +77,7 @@ static void refused_options(void **state)
         {"--bogus", "--bogus"},
         {"--spp", "needs a value"},
         {"--spp 0", "from 1 to 2147483648"},
-        {"--spp 4x", "expected a number"},
+        {"--spp 4x", "expected a whole number"},
         {"--size 0x10", "WIDTHxHEIGHT"},
         {"--size 70000x10", "WIDTHxHEIGHT"},
         {"--memory 1", "at least"},
@@ -94,7 +97,26 @@ static void refused_options(void **state)
         {"-o x.exr", "named twice"},
         {"-o a.##.exr", "no --frames"},
         {"another.usda", "one stage"},
+        {"--frames 1 --default-time", "exclude each other"},
+        {"--level 2 --edge-length 3", "exclude each other"},
+        {"--spp 1.5", "a whole number from 1"},
+        {"--memory 4X", "such as 800M or 4G"},
+        {"--memory 9e30", "such as 800M or 4G"},
+        {"--mask /Moon", "--mask /Moon: there is no such prim"},
+        {"--load /Moon", "no such prim"},
+        {"--unload /Moon", "no such prim"},
+        {"--camera nope", "but /World/cam and 1 more"},
+        {"-o ./x.exr", "named twice"},
+        {"-o folder/../x.exr", "named twice"},
+        {"--stats x.exr", "writes that file itself"},
+        {"--stats ./x.exr", "writes that file itself"},
+        {"--stats x.exr.film", "writes that file itself"},
+        {"--stats stage.usda", "that is the stage"},
+        {"--stats link.usda", "that is the stage"},
+        {"--stats x.##.json", "no --frames"},
     };
+    assert_int_equal(mkdir("folder", 0777), 0);
+    assert_int_equal(symlink("stage.usda", "link.usda"), 0);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         Ran ran;
         command_run(&ran, "render stage.usda -o x.exr --spp 1 %s", cases[i].option);
@@ -102,6 +124,36 @@ static void refused_options(void **state)
         assert_int_equal(line_count(ran.err), 1);
         assert_false(file_exists("x.exr"));
     }
+    Ran ran;
+    command_run(&ran, "cat stage.usda"); // which nothing has written over
+    assert_int_equal(ran.code, 0);
+}
+
+// A variable of a script that is not set.
+static void empty_values(void **state)
+{
+    (void)state;
+    static const char *const options[] = {"-o", "--camera", "--stats", "--scratch", "--env",
+                                          "--frames", "--session", "--mask", "--spp"};
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        char command[512];
+        snprintf(command, sizeof command,
+                 "%s render stage.usda -o x.exr --spp 1 %s '' 2> said.txt", COHORT_COMMAND, options[i]);
+        assert_int_equal(system(command), 2 << 8);
+        assert_int_equal(system("grep -q 'has an empty value' said.txt"), 0);
+    }
+}
+
+static void bytes_by_any_name(void **state)
+{
+    (void)state;
+    static const char *const sizes[] = {"4G", "4GB", "4GiB", "4g", "2.5G", "4294967296", "1T"};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        Ran ran;
+        command_run(&ran, "render stage.usda -o x.exr --spp 1 -q --memory %s", sizes[i]);
+        assert_ran(&ran, 0, "");
+    }
+    assert_int_equal(unlink("x.exr"), 0);
 }
 
 static void refusals_of_cat_and_diff(void **state)
@@ -151,6 +203,8 @@ int main(void)
         cmocka_unit_test(version_names_the_libraries),
         cmocka_unit_test(unknown_command),
         cmocka_unit_test(refused_options),
+        cmocka_unit_test(empty_values),
+        cmocka_unit_test(bytes_by_any_name),
         cmocka_unit_test(refusals_of_cat_and_diff),
         cmocka_unit_test(cat_writes_what_it_reads),
     };

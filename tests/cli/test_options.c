@@ -78,7 +78,7 @@ static void sizes_have_units(void **state)
         const char *text;
         int64_t bytes;
     } cases[] = {{"0", 0},           {"12", 12},           {"12B", 12},      {"1K", 1024},
-                 {"1.5k", 1536},     {"2M", 2 << 20},      {"1GB", 1 << 30}, {"1T", (int64_t)1 << 40},
+                 {"1.5k", 1536},     {"2M", 2 << 20},      {"1GB", 1 << 30}, {"1GiB", 1 << 30}, {"1T", (int64_t)1 << 40},
                  {"0.5g", 1 << 29}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         Values v;
@@ -102,17 +102,19 @@ static void refusals(void **state)
         {"--flag=1", "--flag"},
         {"--whole -6", "from -5 to"},
         {"--whole 1e13", "from -5 to"},
-        {"--whole 1.5", "expected a number"},
-        {"--whole x", "expected a number"},
-        {"--whole 4x", "expected a number"},
-        {"--whole nan", "expected a number"},
+        {"--whole 1.5", "expected a whole number"},
+        {"--whole x", "expected a whole number"},
+        {"--whole 4x", "expected a whole number"},
+        {"--whole nan", "expected a whole number"},
         {"--number inf", "expected a number"},
         {"--number 1e999", "expected a number"},
-        {"--bytes -5", "expected a number"},
-        {"--bytes 5Q", "expected a number"},
-        {"--bytes 5KK", "expected a number"},
-        {"--bytes 1e30T", "expected a number"},
-        {"--bytes 0.3", "expected a number"},
+        {"--bytes -5", "expected bytes, such as"},
+        {"--bytes 5Q", "expected bytes, such as"},
+        {"--bytes 5KK", "expected bytes, such as"},
+        {"--bytes 1e30T", "expected bytes, such as"},
+        {"--bytes 0.3", "expected bytes, such as"},
+        {"--number=", "--number has an empty value"},
+        {"--choice=", "--choice has an empty value"},
         {"--choice four", "expected one of one|two|three"},
         {"--choice on", "expected one of"},
         {"--choice one|two", "expected one of"},

@@ -30,6 +30,9 @@ typedef enum CohortPurpose {
     COHORT_PURPOSE_GUIDE = 1 << 3
 } CohortPurpose;
 
+// The light of CohortAdapterOptions.env in the index, and in warnings.
+#define COHORT_ENV_PATH "/__cohort/env"
+
 // Zero is the default of every field. Strings are copied.
 typedef struct CohortAdapterOptions {
     CohortStageOptions stage;
