@@ -234,6 +234,27 @@ static bool check_env(const RenderRun *run, CohortError *err)
     return true;
 }
 
+// What else than the film itself to do about one that does not fit.
+static void say_how_to_begin_anew(const CohortRenderPassState *state, CohortError *err)
+{
+    size_t length = strlen(err->message);
+    if (state->resume_file && !strcmp(err->file, state->resume_file))
+        snprintf(err->message + length, sizeof err->message - length,
+                 "; without --resume the render begins anew");
+}
+
+// A goal that another limit came before.
+static void say_what_noise_is_left(const RenderRun *run, const CohortRenderStats *stats)
+{
+    const RenderOptions *o = &run->options;
+    CohortSettingValue spp = {0};
+    cohort_delegate_get(run->delegate, "cohort:spp", &spp);
+    if (!o->is_quiet && o->noise > 0.0 && stats->mean_error > o->noise)
+        fprintf(stderr, "cohort: %s ended it at a mean error of %.3g, above --noise %g\n",
+                stats->samples_per_pixel >= (uint64_t)spp.integer ? "--spp" : "--time-limit",
+                stats->mean_error, o->noise);
+}
+
 static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError *err)
 {
     double start = render_now();
@@ -250,6 +271,8 @@ static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError 
     cohort_delegate_set_round_callback(run->delegate, keep_film, keeper);
     bool ok = cohort_render_pass_execute(run->pass, &state, err);
     is_loading = 0;
+    if (!ok)
+        say_how_to_begin_anew(&state, err);
     ok = ok && check_env(run, err);
     run->load_seconds = (frame == 0 ? start - run->start : 0.0) + render_now() - start;
     return ok;
@@ -288,5 +311,7 @@ int render_frame(RenderRun *run, size_t frame, CohortError *err)
         print_failure("warning", &unwritten);
     if (has_failed || !is_written)
         return render_exit_code(err);
+    if (!run->was_interrupted)
+        say_what_noise_is_left(run, &stats);
     return run->was_interrupted ? EXIT_INTERRUPTED : EXIT_WRITTEN;
 }

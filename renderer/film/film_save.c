@@ -259,7 +259,7 @@ static bool check_header(const CoFilm *film, const Header *h, uint64_t key, Coho
              "the saved film has %u x %u pixels, this render %u x %u", h->width, h->height,
              film->width, film->height);
     CO_CHECK(h->aovs == film->aovs, err, COHORT_ERROR_ARGUMENT,
-             "the saved film has other AOVs (bits %x) than this render (%x)", h->aovs, film->aovs);
+             "the saved film has other AOVs than this render");
     CO_CHECK(h->unit_exponent == film->unit_exponent, err, COHORT_ERROR_ARGUMENT,
              "the saved film is in units of 2^%d, this render in 2^%d: the lights differ",
              h->unit_exponent, film->unit_exponent);

@@ -327,6 +327,23 @@ static void schedules_give_one_picture(void **state)
     }
 }
 
+// A limit that comes before the noise that was asked for is named.
+static void noise_that_is_not_reached_is_said(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda -o n.exr --spp 4 --noise 1e-9");
+    assert_ran(&ran, 0, "--spp ended it at a mean error of ");
+    command_run(&ran, "render stage.usda -o n.exr --spp 1000000000 --noise 1e-9 --time-limit 0.2");
+    assert_ran(&ran, 0, "--time-limit ended it");
+    command_run(&ran, "render stage.usda -o n.exr --spp 4 --noise 1e-9 -q");
+    assert_ran(&ran, 0, "");
+    assert_string_equal(ran.err, "");
+    command_run(&ran, "render stage.usda -o n.exr --spp 1000000000 --noise 0.9");
+    assert_ran(&ran, 0, "wrote");
+    assert_null(strstr(ran.err, "ended it"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -341,6 +358,7 @@ int main(void)
         cmocka_unit_test(progress_for_farms_only_rises),
         cmocka_unit_test(quiet_is_silent),
         cmocka_unit_test(schedules_give_one_picture),
+        cmocka_unit_test(noise_that_is_not_reached_is_said),
     };
     return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);
 }

@@ -138,7 +138,8 @@ static void resume_refuses_another_picture(void **state)
     static const struct {
         const char *arguments, *said;
     } others[] = {
-        {"--size 32x24", "pixels"}, {"--seed 1", "seed"}, {"--camera side", "another stage"}};
+        {"--size 32x24", "pixels"}, {"--seed 1", "seed"}, {"--camera side", "another stage"},
+        {"--aov depth", "other AOVs"}, {"--level 1", "without --resume the render begins anew"}};
     Ran ran;
     pid_t pid = start_endless();
     kill(pid, SIGUSR1);
