@@ -1,65 +1,19 @@
 // Records are written with pwrite, not through a mapping: a disk that fails then gives an error
 // where a store would give SIGBUS. Measured on 36 KB at a time: 8.4 ns per ray into a fresh file
 // and 2.8 into a reused one, against 7.1 and 1.3 by stores.
-// Reading goes through a shared mapping, so that a batch in work needs no second copy in memory.
-#include "rays/ray_bin.h"
+#include "rays/ray_bin_parts.h"
 
-#include "base/clock.h"
 #include "base/error.h"
 #include "base/mapped_file.h"
 #include "base/memory.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #define LOCAL_RECORDS_MAX 1024 // of 36 bytes: nine whole pages per write
 #define LOCAL_RECORDS_MIN 16
-#define PAGE_IN_BYTES ((size_t)1 << 20)
-#define PAGE_BYTES_MIN 4096
-
-struct CoBinFile {
-    int fd;
-    uint32_t bin;
-    const uint32_t *map; // the whole file, read only
-    // Reservations run past the capacity when several workers find the file full; those get
-    // nothing.
-    atomic_uint_fast64_t reserved, committed; // records
-    uint64_t asked;  // bytes that were not in memory when they were asked for ahead
-    CoBinFile *next; // on the ready stack or the free list
-    CoBinFile *next_made;
-};
-
-typedef struct Local {
-    uint32_t *words; // local_records records
-    uint32_t count;
-} Local;
-
-struct CoRayBins {
-    size_t capacity, file_bytes, record_bytes;
-    uint32_t stride, workers, local_records;
-    char *folder;
-    size_t folder_bytes;
-    Local (*local)[CO_RAY_BINS]; // per worker
-    uint32_t *local_words;
-    _Atomic(CoBinFile *) open[CO_RAY_BINS]; // NULL until someone needs one
-    atomic_bool has_failed;
-    atomic_uint_fast64_t committed[CO_RAY_BINS];
-
-    pthread_mutex_t lock; // guards the rest while workers push
-    CoBinFile *ready, *spare, *made;
-    uint32_t ready_depth;
-    CohortError error;
-    CoRayBinStats stats;
-
-    uint32_t *memory; // of the last drain
-    size_t memory_bytes;
-    unsigned char *page_buffer; // PAGE_IN_BYTES
-};
 
 // --- life ---------------------------------------------------------------------------------------
 
@@ -74,7 +28,7 @@ static bool allocate_buffers(CoRayBins *bins, const char *folder)
     bins->folder = co_alloc_zero(CO_MEMORY_RAYS, bins->folder_bytes);
     bins->local = co_alloc_zero(CO_MEMORY_RAYS, bins->workers * sizeof *bins->local);
     bins->local_words = co_alloc(CO_MEMORY_RAYS, local_bytes(bins));
-    bins->page_buffer = co_alloc(CO_MEMORY_RAYS, PAGE_IN_BYTES);
+    bins->page_buffer = co_alloc(CO_MEMORY_RAYS, CO_PAGE_IN_BYTES);
     if (!bins->folder || !bins->local || !bins->local_words || !bins->page_buffer)
         return false;
     if (folder)
@@ -135,7 +89,7 @@ void co_ray_bins_destroy(CoRayBins *bins)
     co_free(CO_MEMORY_RAYS, bins->folder, bins->folder_bytes);
     co_free(CO_MEMORY_RAYS, bins->local, bins->workers * sizeof *bins->local);
     co_free(CO_MEMORY_RAYS, bins->local_words, local_bytes(bins));
-    co_free(CO_MEMORY_RAYS, bins->page_buffer, PAGE_IN_BYTES);
+    co_free(CO_MEMORY_RAYS, bins->page_buffer, CO_PAGE_IN_BYTES);
     co_free(CO_MEMORY_RAYS, bins->memory, bins->memory_bytes);
     co_free(CO_MEMORY_RAYS, bins, sizeof *bins);
 }
@@ -211,7 +165,7 @@ static void make_ready(CoRayBins *bins, CoBinFile *file)
     pthread_mutex_unlock(&bins->lock);
 }
 
-static bool fail_io(CoRayBins *bins, const char *what, int cause)
+bool co_ray_bins_fail_io(CoRayBins *bins, const char *what, int cause)
 {
     CohortError err = {0};
     CO_FAIL(&err, COHORT_ERROR_FILE_WRITE, "cannot %s a scratch file of rays: %s", what,
@@ -233,26 +187,10 @@ static bool write_records(CoRayBins *bins, CoBinFile *file, uint64_t start, cons
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
-            return fail_io(bins, "write", n < 0 ? errno : 0);
+            return co_ray_bins_fail_io(bins, "write", n < 0 ? errno : 0);
         data += n;
         at += n;
         left -= (size_t)n;
-    }
-    return true;
-}
-
-static bool read_records(CoRayBins *bins, CoBinFile *file, size_t at, void *out, size_t bytes)
-{
-    char *data = out;
-    while (bytes > 0) {
-        ssize_t n = pread(file->fd, data, bytes, (off_t)at);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0)
-            return fail_io(bins, "read", n < 0 ? errno : 0);
-        data += n;
-        at += (size_t)n;
-        bytes -= (size_t)n;
     }
     return true;
 }
@@ -297,7 +235,7 @@ static void copy_record(uint32_t *to, const uint32_t *from, uint32_t stride)
 bool co_ray_bins_push(CoRayBins *bins, uint32_t worker, const uint32_t *words, uint32_t bin)
 {
     CO_ASSERT(worker < bins->workers && bin < CO_RAY_BINS);
-    Local *local = &bins->local[worker][bin];
+    CoBinLocal *local = &bins->local[worker][bin];
     copy_record(local->words + (size_t)local->count * bins->stride, words, bins->stride);
     if (++local->count < bins->local_records)
         return true;
@@ -310,7 +248,7 @@ bool co_ray_bins_flush(CoRayBins *bins, CohortError *err)
 {
     for (uint32_t worker = 0; worker < bins->workers; worker++)
         for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
-            Local *local = &bins->local[worker][b];
+            CoBinLocal *local = &bins->local[worker][b];
             uint32_t count = local->count;
             local->count = 0;
             if (count && !atomic_load(&bins->has_failed))
@@ -321,171 +259,6 @@ bool co_ray_bins_flush(CoRayBins *bins, CohortError *err)
     if (err && err->code == COHORT_OK)
         *err = bins->error;
     return false;
-}
-
-// --- taking -------------------------------------------------------------------------------------
-
-// Bytes of [at, at + part) of a file that are not in memory; part is at most PAGE_IN_BYTES.
-static size_t absent_bytes(const CoBinFile *file, size_t at, size_t part)
-{
-    unsigned char residency[PAGE_IN_BYTES / PAGE_BYTES_MIN];
-    size_t page = (size_t)sysconf(_SC_PAGESIZE), absent = 0;
-    void *address = (void *)((uintptr_t)file->map + at);
-    bool is_known = mincore(address, part, residency) == 0;
-    for (size_t i = 0; i < (part + page - 1) / page; i++)
-        absent += !is_known || !(residency[i] & 1);
-    return absent * page;
-}
-
-static size_t page_in_part(size_t bytes, size_t at)
-{
-    return bytes - at < PAGE_IN_BYTES ? bytes - at : PAGE_IN_BYTES;
-}
-
-// Has the system read the next batch while this one is worked on. What it reads counts here: by
-// the time the batch is taken it is in memory.
-static void ask_ahead(CoRayBins *bins, CoBinFile *file)
-{
-    uint64_t absent = 0;
-    for (size_t at = 0; at < bins->file_bytes; at += PAGE_IN_BYTES)
-        absent += absent_bytes(file, at, page_in_part(bins->file_bytes, at));
-    if (absent > file->asked) {
-        bins->stats.bytes_read += absent - file->asked;
-        file->asked = absent;
-    }
-    if (absent)
-        posix_fadvise(file->fd, 0, 0, POSIX_FADV_WILLNEED);
-}
-
-// Brings the pages of a batch into memory with reads, which can fail, before the mapping is
-// touched.
-static bool page_in(CoRayBins *bins, CoBinFile *file, size_t bytes)
-{
-    double begin = co_clock_seconds();
-    uint64_t absent_sum = 0;
-    for (size_t at = 0; at < bytes; at += PAGE_IN_BYTES) {
-        size_t part = page_in_part(bytes, at), absent = absent_bytes(file, at, part);
-        if (absent && !read_records(bins, file, at, bins->page_buffer, part))
-            return false;
-        absent_sum += absent;
-    }
-    if (absent_sum > file->asked)
-        bins->stats.bytes_read += absent_sum - file->asked;
-    file->asked = 0;
-    bins->stats.wait_seconds += co_clock_seconds() - begin;
-    return true;
-}
-
-static bool take_file(CoRayBins *bins, CoBinFile *file, size_t count, CoRayRecords *out,
-                      CohortError *err)
-{
-    bool is_good = page_in(bins, file, count * bins->record_bytes);
-    if (is_good && bins->ready)
-        ask_ahead(bins, bins->ready);
-    if (!is_good) {
-        file->next = bins->spare;
-        bins->spare = file;
-        if (err && err->code == COHORT_OK)
-            *err = bins->error;
-        return false;
-    }
-    bins->stats.batches[file->bin]++;
-    *out = (CoRayRecords){file->map, count, bins->stride, file->bin, file};
-    return true;
-}
-
-bool co_ray_bins_pop(CoRayBins *bins, CoRayRecords *out, CohortError *err)
-{
-    CoBinFile *file = bins->ready;
-    *out = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
-    if (!file)
-        return true;
-    bins->ready = file->next;
-    bins->ready_depth--;
-    return take_file(bins, file, bins->capacity, out, err);
-}
-
-size_t co_ray_bins_ready(const CoRayBins *bins)
-{
-    return bins->ready_depth;
-}
-
-static size_t open_count(const CoRayBins *bins, uint32_t bin)
-{
-    CoBinFile *file = atomic_load(&bins->open[bin]);
-    return file ? (size_t)atomic_load(&file->committed) : 0;
-}
-
-size_t co_ray_bins_left(const CoRayBins *bins)
-{
-    size_t left = 0;
-    for (uint32_t b = 0; b < CO_RAY_BINS; b++)
-        left += open_count(bins, b);
-    return left;
-}
-
-static bool take_fullest(CoRayBins *bins, CoRayRecords *out, CohortError *err)
-{
-    uint32_t fullest = 0;
-    for (uint32_t b = 1; b < CO_RAY_BINS; b++)
-        if (open_count(bins, b) > open_count(bins, fullest))
-            fullest = b;
-    CoBinFile *file = atomic_load(&bins->open[fullest]);
-    atomic_store(&bins->open[fullest], NULL);
-    return take_file(bins, file, (size_t)atomic_load(&file->committed), out, err);
-}
-
-static bool reserve_memory(CoRayBins *bins, size_t bytes, CohortError *err)
-{
-    if (bytes <= bins->memory_bytes)
-        return true;
-    co_free(CO_MEMORY_RAYS, bins->memory, bins->memory_bytes);
-    bins->memory_bytes = 0;
-    bins->memory = co_alloc(CO_MEMORY_RAYS, bytes);
-    CO_CHECK_MEMORY(bins->memory, err);
-    bins->memory_bytes = bytes;
-    return true;
-}
-
-bool co_ray_bins_drain(CoRayBins *bins, CoRayRecords *out, CohortError *err)
-{
-    size_t left = co_ray_bins_left(bins), at = 0;
-    *out = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
-    if (left == 0)
-        return true;
-    if (left > bins->capacity)
-        return take_fullest(bins, out, err);
-    if (!reserve_memory(bins, left * bins->record_bytes, err))
-        return false;
-    for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
-        CoBinFile *file = atomic_load(&bins->open[b]);
-        size_t count = open_count(bins, b);
-        if (count == 0)
-            continue;
-        if (!read_records(bins, file, 0, bins->memory + at * bins->stride,
-                          count * bins->record_bytes)) {
-            if (err && err->code == COHORT_OK)
-                *err = bins->error;
-            return false;
-        }
-        at += count;
-        atomic_store(&file->reserved, 0);
-        atomic_store(&file->committed, 0);
-    }
-    bins->stats.drained++;
-    *out = (CoRayRecords){bins->memory, left, bins->stride, CO_RAY_BIN_MIXED, NULL};
-    return true;
-}
-
-void co_ray_bins_recycle(CoRayBins *bins, CoRayRecords *records)
-{
-    if (records->file) {
-        // What was read leaves the process; the file keeps its pages while there is room for them.
-        madvise((void *)(uintptr_t)records->file->map, bins->file_bytes, MADV_DONTNEED);
-        records->file->next = bins->spare;
-        bins->spare = records->file;
-    }
-    *records = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
 }
 
 void co_ray_bins_reset(CoRayBins *bins)
