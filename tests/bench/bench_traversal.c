@@ -63,9 +63,9 @@ static void check_hits(Bench *bench, const char *name, const CoRayBatch *rays,
             bench->scene.name, name, bench->isa, some.count, wrong, far);
     if (stats.groups)
         fprintf(stderr, "  per ray: %.2f top nodes, %.2f bottom nodes, %.2f triangles\n",
-                (double)stats.top_nodes_single / (double)stats.groups,
-                (double)stats.bottom_nodes / (double)stats.groups,
-                (double)stats.triangles / (double)stats.groups);
+                (double)stats.top_nodes_single / (double)some.count,
+                (double)stats.bottom_nodes / (double)some.count,
+                (double)stats.triangles / (double)some.count);
     bench->is_wrong = bench->is_wrong || wrong > 0 || far > some.count / 1000;
 }
 
