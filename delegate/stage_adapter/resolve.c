@@ -72,10 +72,15 @@ static uint32_t read_purposes(const CohortAdapter *a)
         return fallback;
     uint32_t purposes = 0;
     const CohortString *tokens = value.data;
-    for (size_t i = 0; i < value.count; i++)
+    for (size_t i = 0; i < value.count; i++) {
+        uint32_t bit = 0;
         for (int k = 0; k < 4; k++)
-            if (strcmp(tokens[i].text, names[k]) == 0)
-                purposes |= 1u << k;
+            bit |= strcmp(tokens[i].text, names[k]) == 0 ? 1u << k : 0;
+        if (!bit)
+            co_adapter_report(a, a->settings_prim, "includedPurposes", tokens[i].text,
+                              "no such purpose: ignored");
+        purposes |= bit;
+    }
     return purposes ? purposes : fallback;
 }
 
@@ -92,6 +97,37 @@ static CohortConformPolicy read_conform(const CohortAdapter *a)
             return (CohortConformPolicy)i;
     co_adapter_report(a, prim, "aspectRatioConformPolicy", authored, "treated as expandAperture");
     return COHORT_CONFORM_EXPAND_APERTURE;
+}
+
+static double read_pixel_aspect(const CohortAdapter *a)
+{
+    const CohortPrim *prim = author_of(a, "pixelAspectRatio");
+    double aspect = prim ? cohort_prim_double(prim, "pixelAspectRatio", a->time, 1.0) : 1.0;
+    if (aspect > 0.0 && isfinite(aspect))
+        return aspect;
+    char value[32];
+    snprintf(value, sizeof value, "%g", aspect);
+    co_adapter_report(a, prim, "pixelAspectRatio", value, "treated as 1");
+    return 1.0;
+}
+
+// The resolution that the settings author, 0 x 0 for none; what is no size is named.
+static void read_resolution(const CohortAdapter *a, double size[2])
+{
+    size[0] = size[1] = 0.0;
+    double authored[2];
+    const CohortPrim *prim = author_of(a, "resolution");
+    if (!prim || !cohort_prim_numbers(prim, "resolution", a->time, authored, 2))
+        return;
+    char value[64];
+    snprintf(value, sizeof value, "%g, %g", authored[0], authored[1]);
+    if (!(authored[0] >= 1.0 && authored[1] >= 1.0)) {
+        co_adapter_report(a, prim, "resolution", value, "no size: ignored");
+        return;
+    }
+    if (authored[0] > MAX_SIDE || authored[1] > MAX_SIDE)
+        co_adapter_report(a, prim, "resolution", value, "sides are at most 65536");
+    memcpy(size, authored, sizeof authored);
 }
 
 // RenderVars name AOVs; which of them are written is the host's choice, but only these exist.
@@ -152,9 +188,8 @@ bool co_resolve_settings(CohortAdapter *a, CohortError *err)
     CohortResolvedSettings *r = &a->resolved;
     a->purposes = read_purposes(a);
     r->conform = read_conform(a);
-    const CohortPrim *prim = author_of(a, "pixelAspectRatio");
-    r->pixel_aspect_ratio = prim ? cohort_prim_double(prim, "pixelAspectRatio", a->time, 1.0) : 1.0;
-    prim = author_of(a, "disableDepthOfField");
+    r->pixel_aspect_ratio = read_pixel_aspect(a);
+    const CohortPrim *prim = author_of(a, "disableDepthOfField");
     r->disable_depth_of_field =
         prim && cohort_prim_bool(prim, "disableDepthOfField", a->time, false);
     r->rendering_color_space =
@@ -250,9 +285,8 @@ void co_resolve_size(CohortAdapter *a)
     r->width = a->options.width;
     r->height = a->options.height;
     double aspect = camera_aspect(a), size[2];
-    const CohortPrim *prim = author_of(a, "resolution");
-    if (prim && cohort_prim_numbers(prim, "resolution", a->time, size, 2) && size[0] >= 1.0 &&
-        size[1] >= 1.0) {
+    read_resolution(a, size);
+    if (size[0] > 0.0) {
         aspect = size[0] / size[1];
         if (!r->width && !r->height) {
             r->width = side(size[0]);

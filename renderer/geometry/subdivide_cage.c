@@ -83,6 +83,16 @@ static float usable_sharpness(float sharpness)
     return sharpness > 0.0f ? fminf(sharpness, 10.0f) : 0.0f;
 }
 
+static void warn_of_no_numbers(CoMeshBuild *build, const char *what, const float *sharpnesses,
+                               size_t count)
+{
+    size_t broken = 0;
+    for (size_t k = 0; k < count; k++)
+        broken += isnan(sharpnesses[k]) ? 1 : 0;
+    if (broken)
+        co_mesh_warn(build, "%zu %s are NaN: smooth there", broken, what);
+}
+
 // Creases as OpenSubdiv takes them: one sharpness per edge. Creases that do not add up are ignored.
 static bool make_creases(CoSubdivision *s, CoOsdDesc *out)
 {
@@ -107,6 +117,7 @@ static bool make_creases(CoSubdivision *s, CoOsdDesc *out)
                             "together: creases are ignored");
         return true;
     }
+    warn_of_no_numbers(build, "creaseSharpnesses", d->crease_sharpnesses, d->crease_sharpness_count);
     int32_t *pairs = co_mesh_scratch(build, edges, 2 * sizeof *pairs);
     float *sharpnesses = co_mesh_scratch(build, edges, sizeof *sharpnesses);
     CO_MESH_CHECK_MEMORY(build, pairs);
@@ -139,6 +150,7 @@ static bool make_corners(CoSubdivision *s, CoOsdDesc *out)
         co_mesh_warn(build, "cornerIndices and cornerSharpnesses do not fit: corners are ignored");
         return true;
     }
+    warn_of_no_numbers(build, "cornerSharpnesses", d->corner_sharpnesses, d->corner_count);
     float *sharpnesses = co_mesh_scratch(build, d->corner_count, sizeof *sharpnesses);
     CO_MESH_CHECK_MEMORY(build, sharpnesses);
     for (size_t k = 0; k < d->corner_count; k++)

@@ -122,6 +122,8 @@ static void test_settings_that_are_none(void **state)
                                "def RenderSettings 'Odd' { rel camera = </Nobody>;"
                                "  rel products = </Nothing>;"
                                "  uniform token aspectRatioConformPolicy = 'stretch';"
+                               "  uniform token[] includedPurposes = ['default', 'preview'];"
+                               "  uniform float pixelAspectRatio = nan;"
                                "  uniform int2 resolution = (0, -5) }";
     open_stage(body);
     assert_true(is_reported("", "renderSettingsPrimPath"));
@@ -135,6 +137,10 @@ static void test_settings_that_are_none(void **state)
     assert_true(is_reported("/Odd", "camera"));
     assert_true(is_reported("/Odd", "products"));
     assert_true(is_reported("/Odd", "aspectRatioConformPolicy"));
+    assert_true(is_reported("/Odd", "resolution"));
+    assert_true(is_reported("/Odd", "pixelAspectRatio"));
+    assert_true(is_reported("/Odd", "includedPurposes"));
+    assert_true(settings().pixel_aspect_ratio == 1.0);
     close_stage(NULL);
     options.render_settings = "/A";
     CohortError err = {0};

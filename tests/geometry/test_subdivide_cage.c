@@ -74,6 +74,27 @@ static void corners_stay_where_they_are(void **state)
     co_mesh_destroy(&mesh);
 }
 
+static void sharpness_that_is_no_number_is_said(void **state)
+{
+    (void)state;
+    const float odd[] = {NAN, NAN, NAN, NAN, NAN, NAN};
+    const int32_t corners[] = {6, 0};
+    CohortMeshDesc smooth = cube_desc(COHORT_SCHEME_CATMULL_CLARK, 1);
+    CohortMeshDesc creased = creased_cube(odd, 6, 1), cornered = smooth;
+    cornered.corner_indices = corners;
+    cornered.corner_sharpnesses = odd;
+    cornered.corner_count = 2;
+    CoMesh want, mesh;
+    assert_int_equal(make_mesh(&smooth, &want), 0);
+    assert_int_equal(make_mesh(&creased, &mesh), 1);
+    assert_same_mesh(&want, &mesh);
+    co_mesh_destroy(&mesh);
+    assert_int_equal(make_mesh(&cornered, &mesh), 1);
+    assert_same_mesh(&want, &mesh);
+    co_mesh_destroy(&mesh);
+    co_mesh_destroy(&want);
+}
+
 static void wrong_creases_are_ignored_loudly(void **state)
 {
     (void)state;
@@ -334,6 +355,7 @@ int main(void)
         cmocka_unit_test(infinite_creases_keep_the_cube),
         cmocka_unit_test(sharpness_widens_the_surface),
         cmocka_unit_test(corners_stay_where_they_are),
+        cmocka_unit_test(sharpness_that_is_no_number_is_said),
         cmocka_unit_test(wrong_creases_are_ignored_loudly),
         cmocka_unit_test(holes_change_no_neighbor),
         cmocka_unit_test(boundaries_follow_their_rule),
