@@ -241,6 +241,40 @@ static void meshes_in_place_are_hit_as_others(void **state)
     mesh_free(&soup);
 }
 
+// A mesh a million radii from its group's origin in two of three axes, and rays along the third
+// with zeros of both signs.
+static void far_meshes_in_place_are_hit_as_others(void **state)
+{
+    (void)state;
+    enum {
+        RAYS = 4000
+    };
+    const float far[3] = {0.0f, 1e6f, -3e5f};
+    TestMesh ball = mesh_sphere(6, 1.0f, co_vec3_load(far));
+    CoRayBatch rays = lattice_rays(RAYS);
+    float *const org[3] = {rays.org_x, rays.org_y, rays.org_z};
+    for (size_t i = 0; i < RAYS; i++) {
+        for (int k = 1; k < 3; k++)
+            org[k][i] = far[k] + 0.25f * org[k][i];
+        if (i % 4 == 0)
+            ray_set(&rays, i, co_vec3(i % 8 ? 0.0f : -0.0f, org[1][i], org[2][i]),
+                    co_vec3(-0.0f, i % 3 ? -1.0f : 1.0f, i % 5 ? -0.0f : 0.0f));
+    }
+    TestScene s = {0};
+    uint32_t mesh = scene_add_mesh(&s, &ball);
+    CoInstance instances[2] = {place(mesh, co_mat4d_identity()), place(mesh, co_mat4d_identity())};
+    CoTop *top = s.tops[scene_add_group(&s, instances, 2)];
+    CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
+    assert_true(top->is_in_place && top->placed[0].is_in_place && top->placed[1].is_in_place);
+    traverse_all(&s.scene, &rays, NULL, &hits[0], NULL);
+    top->is_in_place = top->placed[0].is_in_place = top->placed[1].is_in_place = false;
+    traverse_all(&s.scene, &rays, NULL, &hits[1], NULL);
+    check_same_hits(hits, RAYS, RAYS / 10);
+    scene_clear(&s);
+    rays_free(&rays);
+    mesh_free(&ball);
+}
+
 // A mesh of one leaf is that leaf, wherever it stands: hits are those of a walk from its root.
 static void meshes_of_one_leaf_are_hit_as_others(void **state)
 {
@@ -283,6 +317,7 @@ int main(void)
         cmocka_unit_test(what_cannot_be_placed_is_never_hit),
         cmocka_unit_test(failing_allocations_are_reported),
         cmocka_unit_test(meshes_in_place_are_hit_as_others),
+        cmocka_unit_test(far_meshes_in_place_are_hit_as_others),
         cmocka_unit_test(fine_meshes_of_wide_groups_are_not_in_place),
         cmocka_unit_test(meshes_of_one_leaf_are_hit_as_others),
     };

@@ -393,6 +393,48 @@ static void hidden_instances_are_not_met(void **state)
     mesh_free(&far);
 }
 
+// Nodes of the top level that a group of rays fetched, and those that they tested.
+static CoTraverseStats walk_group(const CoAccelScene *scene, uint64_t seed, float spread)
+{
+    CoRayBatch rays = rays_alloc(64);
+    CoHitBatch hits = hits_alloc(64);
+    CoTraverseStats stats = {0};
+    Random random = {seed};
+    for (size_t i = 0; i < 64; i++)
+        ray_set(&rays, i, random_vec3(&random, -0.1f, 0.1f),
+                co_madd(co_vec3(1.0f - spread, 0, 0), random_vec3(&random, -1, 1), spread));
+    traverse_all(scene, &rays, NULL, &hits, &stats);
+    rays_free(&rays);
+    hits_free(&hits);
+    return stats;
+}
+
+// Rays all around walk alone, those about one direction together although their signs differ: hits
+// are the same.
+static void scattered_groups_walk_alone(void **state)
+{
+    (void)state;
+    enum {
+        PARTS = 300
+    };
+    static CoInstance parts[PARTS];
+    TestMesh part = mesh_sphere(20, 0.05f, co_vec3(0, 0, 0));
+    TestScene s = {0};
+    Random random = {17};
+    uint32_t mesh = scene_add_mesh(&s, &part);
+    for (size_t i = 0; i < PARTS; i++)
+        parts[i] = place(mesh, matrix((double)i, co_vec3_splat(1), random_vec3(&random, -2, 2)));
+    scene_add_group(&s, parts, PARTS);
+    for (uint64_t seed = 0; seed < 20; seed++) {
+        CoTraverseStats stats = walk_group(&s.scene, seed << 20, 1.0f);
+        assert_int_equal(stats.top_nodes_grouped, stats.top_nodes_single);
+        stats = walk_group(&s.scene, seed << 20, 0.2f);
+        assert_true(2 * stats.top_nodes_grouped < stats.top_nodes_single);
+    }
+    scene_clear(&s);
+    mesh_free(&part);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -403,6 +445,7 @@ int main(void)
         cmocka_unit_test(directions_of_any_length_work),
         cmocka_unit_test(hidden_instances_are_not_met),
         cmocka_unit_test(nothing_is_hit_in_empty_scenes),
+        cmocka_unit_test(scattered_groups_walk_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -222,7 +222,7 @@ static void soups_are_judged_exactly(void **state)
                   worst_t);
     assert_true(found > 10000);
     assert_true(worst_miss <= 4.0);
-    assert_true(worst_t <= 4.0);
+    assert_true(worst_t <= 2.0);
     rays_free(&rays);
     hits_free(&hits);
 }
