@@ -13,7 +13,7 @@ static bool flatten(const char *in, const char *out, const CohortStageOptions *o
                     CohortError *err)
 {
     CohortStage *stage = cohort_stage_open(in, options, err);
-    bool ok = stage && cohort_stage_flatten(stage, out, err);
+    bool ok = stage && stage_options_check(options, stage, err) && cohort_stage_flatten(stage, out, err);
     cohort_stage_destroy(stage);
     return ok;
 }
@@ -26,7 +26,7 @@ int command_cat(int argc, char **argv)
     const Option table[] = {
         {"output", 'o', OPTION_TEXT, &out, 0, 0, "FILE", NULL, "write there, not to standard output"},
         {"flatten", 0, OPTION_FLAG, &is_flat, 0, 0, NULL, NULL,
-         "compose the stage first; what follows speaks of that"},
+         "compose the stage first; the next seven are of use with it alone"},
         STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
@@ -41,6 +41,8 @@ int command_cat(int argc, char **argv)
     }
     if (argc - first != 1)
         return usage_error("cat", "expected one layer, got %d", argc - first);
+    if (!is_flat && stage_options_compose(&which))
+        return usage_error("cat", "what a stage is composed of is asked for without --flatten");
     CohortError err = {0};
     Messages messages = {0};
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};
@@ -50,5 +52,7 @@ int command_cat(int argc, char **argv)
     messages_end(&messages, &err);
     if (ok)
         return EXIT_WRITTEN;
-    return err.code == COHORT_ERROR_FILE_WRITE ? EXIT_WRITE : EXIT_LOAD;
+    return err.code == COHORT_ERROR_FILE_WRITE ? EXIT_WRITE
+           : err.code == COHORT_ERROR_ARGUMENT ? EXIT_USAGE
+                                               : EXIT_LOAD;
 }

@@ -215,7 +215,9 @@ static bool check_path(Check *check, const char *path, const CohortStageOptions 
     CohortDelegate *delegate = cohort_delegate_create(err);
     CohortRenderIndex *index = delegate ? cohort_render_index_create(delegate, err) : NULL;
     CohortAdapter *adapter = index ? cohort_adapter_open(delegate, path, &options, err) : NULL;
-    if (adapter) {
+    bool is_read =
+        adapter && stage_options_check(stage, cohort_adapter_stage(adapter), err);
+    if (is_read) {
         // The stage may be sound and yet nothing that can be rendered.
         CohortError why = {0};
         bool is_pulled =
@@ -229,7 +231,6 @@ static bool check_path(Check *check, const char *path, const CohortStageOptions 
                         cohort_stage_root(check->stage), NULL, "it cannot be rendered: %s",
                         why.message);
     }
-    bool is_read = adapter != NULL;
     cohort_adapter_destroy(adapter);
     cohort_delegate_destroy(delegate);
     return is_read;
@@ -248,6 +249,11 @@ static int run(const char *path, CheckOptions *options)
     CohortError err = {0};
     char text[2 * sizeof err.message];
     bool is_read = check_path(&check, path, &stage, &err), is_limit = err.code == COHORT_ERROR_LIMIT;
+    if (err.code == COHORT_ERROR_ARGUMENT) {
+        print_failure("error", &err);
+        findings_clear(&check.findings);
+        return EXIT_USAGE;
+    }
     if (!is_read && !check.findings.count)
         findings_add(&check.findings,
                      &(Finding){.code = is_limit ? FINDING_LIMIT : FINDING_MISSING_LAYER,

@@ -39,18 +39,7 @@ static bool choose_product(RenderRun *run, CohortError *err)
 
 // ---- Stage -------------------------------------------------------------------------------------
 
-// What is named and is not there is a slip of the user's.
-static bool check_prims(const RenderRun *run, const char *option, const OptionList *prims,
-                        CohortError *err)
-{
-    for (size_t i = 0; i < prims->count; i++)
-        if (!cohort_stage_prim(cohort_adapter_stage(run->adapter), prims->items[i]))
-            return fail(err, COHORT_ERROR_ARGUMENT, "%s %.150s: there is no such prim", option,
-                        prims->items[i]);
-    return true;
-}
-
-// "/Prim{set=selection}" must select something.
+// "/Prim{set=selection}" that selects nothing is a slip of the user's.
 static bool check_variants(const RenderRun *run, CohortError *err)
 {
     const CohortStage *stage = cohort_adapter_stage(run->adapter);
@@ -95,10 +84,9 @@ static bool open_stage(RenderRun *run, CohortError *err)
         options.time = run->frames.times[0];
     }
     run->adapter = cohort_adapter_open(run->delegate, run->stage_path, &options, err);
-    if (!run->adapter || !check_prims(run, "--mask", &o->part.masks, err) ||
-        !check_prims(run, "--load", &o->part.loads, err) ||
-        !check_prims(run, "--unload", &o->part.unloads, err) || !check_variants(run, err) ||
-        !cohort_adapter_populate(run->adapter, err))
+    if (!run->adapter ||
+        !stage_options_check(&options.stage, cohort_adapter_stage(run->adapter), err) ||
+        !check_variants(run, err) || !cohort_adapter_populate(run->adapter, err))
         return false;
     cohort_adapter_settings(run->adapter, &run->resolved);
     return true;

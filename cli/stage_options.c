@@ -1,5 +1,7 @@
 #include "stage_options.h"
 
+#include "cli.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,6 +40,27 @@ void stage_options_apply(StageOptions *o, CohortStageOptions *out)
     out->max_prims = (uint64_t)o->max_prims;
     // To ask for some payloads is to leave out the others.
     out->no_payloads = o->no_payloads || o->loads.count;
+}
+
+bool stage_options_compose(const StageOptions *o)
+{
+    return o->masks.count || o->mutes.count || o->loads.count || o->unloads.count ||
+           o->search_paths.count || o->session || o->no_payloads;
+}
+
+bool stage_options_check(const CohortStageOptions *options, const CohortStage *stage, CohortError *err)
+{
+    const struct {
+        const char *option;
+        const CohortPaths *prims;
+    } lists[] = {
+        {"--mask", &options->mask}, {"--load", &options->loads}, {"--unload", &options->unloads}};
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++)
+        for (size_t k = 0; k < lists[i].prims->count; k++)
+            if (!cohort_stage_prim(stage, lists[i].prims->items[k]))
+                return fail(err, COHORT_ERROR_ARGUMENT, "%s %.150s: there is no such prim",
+                            lists[i].option, lists[i].prims->items[k]);
+    return true;
 }
 
 const char *stage_options_in_flags(const char *text, char *out, size_t size)

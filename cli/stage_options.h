@@ -36,6 +36,13 @@ typedef struct StageOptions {
 // Puts them into the options of a stage, which point into `o` from then on.
 void stage_options_apply(StageOptions *o, CohortStageOptions *out);
 
+// Whether any but --max-prims is given: the others speak of composed stages.
+bool stage_options_compose(const StageOptions *o);
+
+// Refuses prims that are named in them and are not in the stage that was opened with them: a slip, by which
+// all or nothing would be left out without a word.
+bool stage_options_check(const CohortStageOptions *options, const CohortStage *stage, CohortError *err);
+
 // An error's text as the user knows its options: by their flags, not as members of a struct.
 const char *stage_options_in_flags(const char *text, char *out, size_t size);
 

@@ -37,6 +37,13 @@ static void add_hex(StampAttributes *a, const char *name, uint64_t value)
     add_text(a, name, text);
 }
 
+static void add_seed_text(StampAttributes *a, uint32_t seed)
+{
+    char *text = a->texts[a->text_count++];
+    snprintf(text, sizeof a->texts[0], "%u", (unsigned)seed);
+    add_text(a, "cohort:seed", text);
+}
+
 static void add_matrix(StampAttributes *a, const char *name, double m[4][4])
 {
     CohortAttribute *attribute = add(a, name, COHORT_ATTRIBUTE_M44F);
@@ -143,7 +150,10 @@ bool stamp_attributes(const OutputStamp *s, StampAttributes *a, CohortError *err
     add_text(a, "cohort:ocioConfig", s->ocio_config);
     add_text(a, "cohort:renderingColorSpace", s->rendering_space);
     add_int(a, "cohort:samplesPerPixel", (int32_t)s->stats.samples_per_pixel);
-    add_int(a, "cohort:seed", (int32_t)s->seed);
+    if (s->seed <= INT32_MAX)
+        add_int(a, "cohort:seed", (int32_t)s->seed);
+    else // a header holds no larger integer
+        add_seed_text(a, s->seed);
     add_float(a, "cohort:meanError", s->stats.mean_error);
     add_float(a, "cohort:renderSeconds", s->stats.seconds_total);
     if (isfinite(s->time))

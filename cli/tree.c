@@ -106,9 +106,12 @@ int command_tree(int argc, char **argv)
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};
     stage_options_apply(&which, &options);
     CohortStage *stage = cohort_stage_open(argv[first], &options, &err);
+    bool ok = stage && stage_options_check(&options, stage, &err);
     messages_end(&messages, &err);
-    if (!stage)
-        return EXIT_LOAD;
+    if (!ok) {
+        cohort_stage_destroy(stage);
+        return err.code == COHORT_ERROR_ARGUMENT ? EXIT_USAGE : EXIT_LOAD;
+    }
     const CohortPrim *root = cohort_stage_root(stage);
     code = EXIT_WRITTEN;
     if (path)

@@ -177,6 +177,30 @@ static void refusals_of_cat_and_diff(void **state)
     assert_ran(&ran, 2, "--tolerance");
 }
 
+// Which part of a stage is meant must be there, whatever is done with it.
+static void parts_that_are_not_there(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {"render stage.usda -o x.exr", "cat stage.usda --flatten",
+                                           "tree stage.usda", "check stage.usda"};
+    static const char *const parts[] = {"--mask /Moon", "--load /Moon", "--unload /World/moon",
+                                        "--mask World"};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
+        for (size_t k = 0; k < sizeof parts / sizeof parts[0]; k++) {
+            Ran ran;
+            command_run(&ran, "%s %s", commands[i], parts[k]);
+            assert_ran(&ran, 2, "no");
+            assert_int_equal(line_count(ran.err), 1);
+            assert_string_equal(ran.out, "");
+        }
+    Ran ran;
+    command_run(&ran, "cat stage.usda --mask /World");
+    assert_ran(&ran, 2, "without --flatten");
+    command_run(&ran, "cat stage.usda --flatten --mask /World/ball");
+    assert_int_equal(ran.code, 0);
+    assert_null(strstr(ran.out, "SphereLight"));
+}
+
 static void cat_writes_what_it_reads(void **state)
 {
     (void)state;
@@ -206,6 +230,7 @@ int main(void)
         cmocka_unit_test(empty_values),
         cmocka_unit_test(bytes_by_any_name),
         cmocka_unit_test(refusals_of_cat_and_diff),
+        cmocka_unit_test(parts_that_are_not_there),
         cmocka_unit_test(cat_writes_what_it_reads),
     };
     return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);

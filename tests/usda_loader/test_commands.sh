@@ -70,7 +70,7 @@ expect 3 'error' check "$data/absent.usda"
 expect 2 'expected one stage' check
 expect 0 '^  T2 ' tree --mask /World/T2 "$data/instances.usda"
 expect 0 'def "T2"' cat --flatten --mask /World/T2 "$data/instances.usda"
-expect 3 'mask path "World"' tree --mask World "$data/instances.usda"
+expect 2 'mask path "World"' tree --mask World "$data/instances.usda"
 expect 3 'absent.usda' tree --session "$data/absent.usda" "$data/instances.usda"
 expect 0 '^P' tree --mute "$data/liverps_ref.usda" --no-payloads --load /P "$data/liverps.usda"
 expect 0 'is muted' tree --mute "$data/liverps_ref.usda" "$data/liverps.usda"
