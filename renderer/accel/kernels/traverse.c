@@ -11,7 +11,7 @@
 enum {
     NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 8, // to a leaf, up to which each is tested against all triangles,
-    VECTOR_SINGLE_MOST = CO_WIDE_WIDTH < 8 ? 4 : CO_WIDE_WIDTH / 2, // and to a vector of rays
+    VECTOR_SINGLE_MOST = CO_WIDE_WIDTH > 8 ? 6 : 4, // and to a vector of rays
     LEAF_NARROW_MOST = 8,  // to a leaf, up to which its triangles are not bounded
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
