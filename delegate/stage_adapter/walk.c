@@ -1,6 +1,6 @@
 // The walk over a stage: every prim that can be drawn, lit or looked through becomes a record.
 
-#include "stage_adapter/adapter.h"
+#include "stage_adapter/walk.h"
 
 #include "base/error.h"
 #include "base/stop.h"
@@ -14,12 +14,7 @@ enum {
     KEY_SIZE = 4096
 };
 
-typedef struct Walk {
-    CohortAdapter *adapter;
-    CohortError *err;
-} Walk;
-
-static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose);
+static bool walk_prim(CoWalk *walk, CoPlace place, uint32_t purpose);
 
 // ---- What a prim is ----------------------------------------------------------------------------
 
@@ -29,13 +24,6 @@ static bool is_one_of(const char *type, const char *const *types)
         if (strcmp(type, *types) == 0)
             return true;
     return false;
-}
-
-bool co_is_light_type(const char *type)
-{
-    static const char *const types[] = {"RectLight", "DiskLight",   "SphereLight", "DistantLight",
-                                        "DomeLight", "DomeLight_1", NULL};
-    return is_one_of(type, types);
 }
 
 static bool is_unsupported_light(const char *type)
@@ -63,6 +51,11 @@ static bool is_closed(const char *type)
     return is_one_of(type, types);
 }
 
+bool co_is_point_instancer(const CohortPrim *prim)
+{
+    return strcmp(cohort_prim_type(prim), "PointInstancer") == 0;
+}
+
 static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim, uint32_t inherited)
 {
     const char *authored = cohort_prim_token(prim, "purpose", adapter->time, "");
@@ -77,8 +70,7 @@ static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim,
     return authored[0] ? 0 : inherited; // a purpose that USD does not know is never included
 }
 
-// Invisible at all times: nothing below can undo it, so nothing below is looked at.
-static bool is_never_visible(const CohortAdapter *adapter, const CohortPrim *prim)
+bool co_is_never_visible(const CohortAdapter *adapter, const CohortPrim *prim)
 {
     const double *times;
     return strcmp(cohort_prim_token(prim, "visibility", adapter->time, "inherited"), "invisible") ==
@@ -99,7 +91,7 @@ static void report_light_api(const CohortAdapter *adapter, const CohortPrim *pri
 
 // ---- Meshes ------------------------------------------------------------------------------------
 
-static bool add_mesh(Walk *walk, CoPlace place)
+static bool add_mesh(CoWalk *walk, CoPlace place)
 {
     CohortAdapter *a = walk->adapter;
     CoRecord record = {.kind = CO_RECORD_MESH,
@@ -121,7 +113,7 @@ static bool add_mesh(Walk *walk, CoPlace place)
 
 // ---- Prototypes --------------------------------------------------------------------------------
 
-static uint32_t add_prototype(Walk *walk, const CoPrototype *prototype, const char *key)
+uint32_t co_walk_add_prototype(CoWalk *walk, const CoPrototype *prototype, const char *key)
 {
     CohortAdapter *a = walk->adapter;
     uint32_t number = (uint32_t)a->prototype_count;
@@ -139,7 +131,7 @@ static uint32_t add_prototype(Walk *walk, const CoPrototype *prototype, const ch
     return number;
 }
 
-static bool is_too_deep(Walk *walk, CoPlace place)
+static bool is_too_deep(CoWalk *walk, CoPlace place)
 {
     const CohortAdapter *a = walk->adapter;
     if (place.prototype == CO_WORLD || a->prototypes[place.prototype].depth < MAX_NESTED_PROTOTYPES)
@@ -168,7 +160,7 @@ static size_t primvar_key(const CohortAdapter *adapter, CoPlace place, char *out
 }
 
 // The entry of what a native instance shows, made and walked when it is new.
-static uint32_t native_prototype(Walk *walk, CoPlace place, uint32_t purpose)
+static uint32_t native_prototype(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     const CohortPrim *root = cohort_prim_prototype(place.prim);
@@ -185,7 +177,7 @@ static uint32_t native_prototype(Walk *walk, CoPlace place, uint32_t purpose)
         return number;
     CoPrototype prototype = {
         .is_native = true, .root = root, .anchor = place.prim, .outer = place.prototype};
-    number = add_prototype(walk, &prototype, key);
+    number = co_walk_add_prototype(walk, &prototype, key);
     size_t children = number == COHORT_INVALID_ID ? 0 : cohort_prim_child_count(root);
     for (size_t i = 0; i < children; i++) {
         CoPlace child = {cohort_prim_child(root, i), number};
@@ -196,7 +188,7 @@ static uint32_t native_prototype(Walk *walk, CoPlace place, uint32_t purpose)
 }
 
 // The record that places all native instances of one prototype or of the world.
-static bool ensure_instances_record(Walk *walk, uint32_t within)
+static bool ensure_instances_record(CoWalk *walk, uint32_t within)
 {
     CohortAdapter *a = walk->adapter;
     char path[64];
@@ -212,61 +204,7 @@ static bool ensure_instances_record(Walk *walk, uint32_t within)
     return co_record_add(a, &record, COHORT_PRIM_INSTANCER, walk->err) != NULL;
 }
 
-static bool add_light(Walk *walk, CoPlace place);
-
-static bool is_point_instancer(const CohortPrim *prim)
-{
-    return strcmp(cohort_prim_type(prim), "PointInstancer") == 0;
-}
-
-static bool has_lights(CohortAdapter *a, const CohortPrim *prim)
-{
-    if (co_is_light_type(cohort_prim_type(prim)))
-        return true;
-    if (is_point_instancer(prim))
-        return false; // reported with it
-    const CohortPrim *shown = cohort_prim_is_instance(prim) ? cohort_prim_prototype(prim) : NULL;
-    uint32_t known =
-        shown ? co_string_map_find(&a->lights_below, cohort_prim_path(shown)) : COHORT_INVALID_ID;
-    if (known != COHORT_INVALID_ID)
-        return known != 0;
-    bool found = false;
-    size_t children = cohort_prim_child_count(prim);
-    for (size_t i = 0; i < children && !found; i++)
-        found = has_lights(a, cohort_prim_child(prim, i));
-    if (shown)
-        co_string_map_set(&a->lights_below, cohort_prim_path(shown), found);
-    return found;
-}
-
-// Lights are no part of a prototype's group: each instance's are lights of the world.
-static bool walk_lights(Walk *walk, CoPlace place)
-{
-    if (co_is_light_type(cohort_prim_type(place.prim)))
-        return add_light(walk, place);
-    if (is_point_instancer(place.prim))
-        return true;
-    const CohortPrim *parent = place.prim;
-    if (cohort_prim_is_instance(place.prim)) {
-        if (!has_lights(walk->adapter, place.prim))
-            return true;
-        CoPrototype unshared = {.is_native = true,
-                                .root = cohort_prim_prototype(place.prim),
-                                .anchor = place.prim,
-                                .outer = place.prototype};
-        parent = unshared.root;
-        place.prototype = add_prototype(walk, &unshared, NULL);
-        if (place.prototype == COHORT_INVALID_ID)
-            return false;
-    }
-    size_t children = cohort_prim_child_count(parent);
-    for (size_t i = 0; i < children; i++)
-        if (!walk_lights(walk, (CoPlace){cohort_prim_child(parent, i), place.prototype}))
-            return false;
-    return true;
-}
-
-static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
+static bool add_native_instance(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     if (is_too_deep(walk, place))
@@ -279,32 +217,13 @@ static bool add_native_instance(Walk *walk, CoPlace place, uint32_t purpose)
                      &a->placement_capacity, sizeof *a->placements),
              walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     a->placements[a->placement_count++] = placement;
-    if (place.prototype == CO_WORLD && has_lights(a, place.prim) && !walk_lights(walk, place))
+    if (place.prototype == CO_WORLD && co_walk_has_lights(a, place.prim) &&
+        !co_walk_lights(walk, place))
         return false;
     return ensure_instances_record(walk, place.prototype);
 }
 
-// There is no way to place lights by a PointInstancer: each one, or the instance that holds some,
-// is named. Not at the walk, which comes to a shared prototype once, wherever it was met first.
-static void report_lights(CohortAdapter *a, const CohortPrim *prim)
-{
-    if (is_never_visible(a, prim) || is_point_instancer(prim))
-        return;
-    if (co_is_light_type(cohort_prim_type(prim)))
-        co_adapter_report(a, prim, cohort_prim_type(prim), "",
-                          "a light in a PointInstancer's prototype: left out");
-    if (cohort_prim_is_instance(prim)) {
-        if (has_lights(a, prim))
-            co_adapter_report(a, prim, "instance", "",
-                              "its lights are in a PointInstancer's prototype: left out");
-        return;
-    }
-    size_t children = cohort_prim_child_count(prim);
-    for (size_t i = 0; i < children; i++)
-        report_lights(a, cohort_prim_child(prim, i));
-}
-
-static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uint32_t purpose)
+static uint32_t point_prototype(CoWalk *walk, CoPlace place, const char *path, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     const CohortPrim *target = cohort_stage_prim(a->stage, path);
@@ -320,14 +239,14 @@ static uint32_t point_prototype(Walk *walk, CoPlace place, const char *path, uin
     if (number != COHORT_INVALID_ID)
         return number;
     CoPrototype prototype = {.root = target, .outer = place.prototype};
-    number = add_prototype(walk, &prototype, key);
-    report_lights(a, target);
+    number = co_walk_add_prototype(walk, &prototype, key);
+    co_walk_report_lights(a, target);
     if (number != COHORT_INVALID_ID && !walk_prim(walk, (CoPlace){target, number}, purpose))
         return COHORT_INVALID_ID;
     return number;
 }
 
-static bool add_point_instancer(Walk *walk, CoPlace place, uint32_t purpose)
+static bool add_point_instancer(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     if (is_too_deep(walk, place))
@@ -349,20 +268,9 @@ static bool add_point_instancer(Walk *walk, CoPlace place, uint32_t purpose)
     return co_record_add(a, &record, COHORT_PRIM_INSTANCER, walk->err) != NULL;
 }
 
-// ---- Lights and cameras ------------------------------------------------------------------------
+// ---- Cameras ------------------------------------------------------------------------------------
 
-static bool add_light(Walk *walk, CoPlace place)
-{
-    CohortAdapter *a = walk->adapter;
-    CoRecord record = {.kind = CO_RECORD_LIGHT,
-                       .path = cohort_prim_path(place.prim),
-                       .prim = place.prim,
-                       .prototype = place.prototype};
-    a->light_count++;
-    return co_record_add(a, &record, COHORT_PRIM_LIGHT, walk->err) != NULL;
-}
-
-static bool add_camera(Walk *walk, CoPlace place)
+static bool add_camera(CoWalk *walk, CoPlace place)
 {
     CohortAdapter *a = walk->adapter;
     if (place.prototype != CO_WORLD)
@@ -380,7 +288,7 @@ static bool add_camera(Walk *walk, CoPlace place)
 
 // ---- The walk ----------------------------------------------------------------------------------
 
-static bool walk_children(Walk *walk, CoPlace place, uint32_t purpose)
+static bool walk_children(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     size_t children = cohort_prim_child_count(place.prim);
     for (size_t i = 0; i < children; i++)
@@ -389,7 +297,7 @@ static bool walk_children(Walk *walk, CoPlace place, uint32_t purpose)
     return true;
 }
 
-static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
+static bool walk_prim(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
     const char *type = cohort_prim_type(place.prim);
@@ -398,14 +306,14 @@ static bool walk_prim(Walk *walk, CoPlace place, uint32_t purpose)
         return true;
     if (strcmp(type, "Camera") == 0 && !add_camera(walk, place))
         return false;
-    if (is_never_visible(a, place.prim))
+    if (co_is_never_visible(a, place.prim))
         return true;
     purpose = purpose_of(a, place.prim, purpose);
     bool is_drawn = (purpose & a->purposes) != 0;
-    if (is_point_instancer(place.prim))
+    if (co_is_point_instancer(place.prim))
         return !is_drawn || add_point_instancer(walk, place, purpose);
     // Lights of native prototypes are found by walk_lights; a PointInstancer's are reported.
-    if (co_is_light_type(type) && place.prototype == CO_WORLD && !add_light(walk, place))
+    if (co_is_light_type(type) && place.prototype == CO_WORLD && !co_walk_add_light(walk, place))
         return false;
     if (is_drawn && (strcmp(type, "Mesh") == 0 || co_is_implicit_type(type)) &&
         !add_mesh(walk, place))
@@ -432,7 +340,7 @@ static int compare_placements(const void *a, const void *b)
 bool co_walk_stage(CohortAdapter *adapter, CohortError *err)
 {
     CohortError own = {0};
-    Walk walk = {.adapter = adapter, .err = &own};
+    CoWalk walk = {.adapter = adapter, .err = &own};
     CoPlace root = {cohort_stage_root(adapter->stage), CO_WORLD};
     bool ok = walk_children(&walk, root, COHORT_PURPOSE_DEFAULT) && own.code == COHORT_OK;
     if (adapter->placement_count > 1)

@@ -130,27 +130,6 @@ static void test_unsupported_prims_are_named(void **state)
     assert_int_equal(fake.set_mesh_calls, 2);
 }
 
-// Whatever else shows the same prototype, and wherever it is met first.
-static void test_lights_of_point_instancers_are_named(void **state)
-{
-    (void)state;
-    open_stage("class Xform 'P' { def SphereLight 'L' {} }"
-               "class Xform 'Q' { def PointInstancer 'PI' {"
-               "  rel prototypes = [</Q/PI/Lamp>]; int[] protoIndices = [0];"
-               "  point3f[] positions = [(1,0,0)];"
-               "  def Xform 'Lamp' { def DiskLight 'D' {} } } }"
-               "def Xform 'A' (instanceable = true; inherits = </P>) {}"
-               "def Xform 'B' (instanceable = true; inherits = </Q>) {}"
-               "def PointInstancer 'C' { rel prototypes = [</C/Shared>, </C/Own>];"
-               "  int[] protoIndices = [0, 1]; point3f[] positions = [(1,0,0), (2,0,0)];"
-               "  def Xform 'Shared' (instanceable = true; inherits = </P>) {}"
-               "  def Xform 'Own' { def RectLight 'R' {} } }");
-    assert_int_equal(fake.light_count, 1); // of A
-    assert_true(is_reported("/C/Shared", "instance"));
-    assert_true(is_reported("/C/Own/R", "RectLight"));
-    assert_true(is_reported("/B/PI/Lamp/D", "DiskLight"));
-}
-
 // A chain of 40 instancers, each the prototype of the one around it, ends with a word.
 static void test_nesting_ends(void **state)
 {
@@ -213,7 +192,6 @@ int main(void)
         cmocka_unit_test_teardown(test_native_instances_inherit, close_stage),
         cmocka_unit_test_teardown(test_nested_native_instances, close_stage),
         cmocka_unit_test_teardown(test_unsupported_prims_are_named, close_stage),
-        cmocka_unit_test_teardown(test_lights_of_point_instancers_are_named, close_stage),
         cmocka_unit_test_teardown(test_nesting_ends, close_stage),
         cmocka_unit_test_teardown(test_allocation_failures, close_stage),
     };

@@ -399,6 +399,7 @@ bool cohort_render_pass_save(CohortRenderPass *pass, const char *path, uint64_t 
 
 // Pause drops the open round and keeps the complete ones; resume goes on from there with the same
 // pixels as if it had never stopped. Without a render both do nothing. Any thread but the render's.
+// Resume is false when there is no memory or thread to go on with.
 bool cohort_delegate_pause(CohortDelegate *delegate);
 bool cohort_delegate_resume(CohortDelegate *delegate);
 
@@ -411,7 +412,8 @@ void cohort_delegate_stop(CohortDelegate *delegate, bool blocking);
 // there. Borrowed; NULL = none. A render that has started is ended by cohort_delegate_stop.
 void cohort_delegate_set_stop_flag(CohortDelegate *delegate, const volatile int *stop);
 
-// Starts over from the first sample.
+// Starts over from the first sample. False when no pass has been executed, or when it cannot start:
+// the next execute says why.
 bool cohort_delegate_restart(CohortDelegate *delegate);
 
 // Called on the render thread after each complete round, when the buffers hold it. It may map

@@ -1,7 +1,8 @@
 // Reading USDA: layers, composition, and the composed stage as typed values.
 //
 // A stage is opened once and is then read-only: any number of threads may query it. Every pointer
-// that a query returns lives until cohort_stage_destroy.
+// that a query returns lives until cohort_stage_destroy. What is asked for by a number beyond the last
+// is NULL, or false.
 
 #ifndef COHORT_USDA_H
 #define COHORT_USDA_H
@@ -304,7 +305,7 @@ typedef struct CohortValue {
     const void *data; // packed elements of the type
 } CohortValue;
 
-// Asks for default values instead of a time.
+// Asks for default values instead of a time. Include <math.h> to use it.
 #define COHORT_TIME_DEFAULT ((double)NAN)
 
 // The value of an attribute at a time code (NAN = default value). Linear interpolation for floating
