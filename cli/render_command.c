@@ -111,6 +111,24 @@ static bool load(RenderRun *run, CohortError *err)
     return run->index && open_stage(run, err);
 }
 
+// Options that no output heeds.
+static bool check_outputs_heed(const RenderOptions *o, CohortError *err)
+{
+    bool has_exr = false, has_png = false;
+    for (size_t i = 0; i < o->outputs.count; i++) {
+        bool is_png = output_is_png(o->outputs.items[i]);
+        has_png = has_png || is_png;
+        has_exr = has_exr || !is_png;
+    }
+    for (size_t i = 0; i < o->aovs.count && has_png && !has_exr; i++)
+        if (strcmp(o->aovs.items[i], "color"))
+            return fail(err, COHORT_ERROR_ARGUMENT,
+                        "--aov %.80s: only .exr outputs hold it, and there is none", o->aovs.items[i]);
+    if ((o->display || o->view) && has_exr && !has_png && !o->is_quiet)
+        fprintf(stderr, "cohort: warning: --display and --view change .png outputs alone; there is none\n");
+    return true;
+}
+
 static bool open_view(RenderRun *run, CohortError *err)
 {
     const RenderOptions *o = &run->options;
@@ -128,7 +146,7 @@ static bool open_view(RenderRun *run, CohortError *err)
 static bool prepare(RenderRun *run, CohortError *err)
 {
     const RenderOptions *o = &run->options;
-    if (!choose_product(run, err) || !open_view(run, err))
+    if (!choose_product(run, err) || !open_view(run, err) || !check_outputs_heed(o, err))
         return false;
     run->pass = cohort_render_pass_create(run->index, err);
     return run->pass && output_buffers_create(run->delegate, run->resolved.width,

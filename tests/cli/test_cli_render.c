@@ -344,6 +344,20 @@ static void noise_that_is_not_reached_is_said(void **state)
     assert_null(strstr(ran.err, "ended it"));
 }
 
+static void options_that_no_output_heeds(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda -o h.png --spp 1 --aov normal");
+    assert_ran(&ran, 2, "--aov normal: only .exr outputs hold it");
+    assert_false(file_exists("h.png"));
+    command_run(&ran, "render stage.usda -o h.png -o h.exr --spp 1 --aov normal --view Raw");
+    assert_ran(&ran, 0, "wrote h.exr");
+    assert_null(strstr(ran.err, "warning"));
+    command_run(&ran, "render stage.usda -o h.exr --spp 1 --view Raw");
+    assert_ran(&ran, 0, "--view change .png outputs alone");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -359,6 +373,7 @@ int main(void)
         cmocka_unit_test(quiet_is_silent),
         cmocka_unit_test(schedules_give_one_picture),
         cmocka_unit_test(noise_that_is_not_reached_is_said),
+        cmocka_unit_test(options_that_no_output_heeds),
     };
     return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);
 }
