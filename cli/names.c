@@ -3,6 +3,7 @@
 #include "cli.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -50,6 +51,10 @@ bool names_check_writable(const char *path, CohortError *err)
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
         return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %.200s: it is a folder", path);
+    // What stands behind a name for a while, as .film and .partial-PID, must fit as well.
+    if (strlen(file_of(path)) > NAME_MAX - 20)
+        return fail(err, COHORT_ERROR_FILE_WRITE, "cannot write %.60s...: the name is too long",
+                    file_of(path));
     char buffer[4096];
     const char *folder = folder_of(path, buffer, sizeof buffer);
     if (access(folder, W_OK | X_OK) == 0)

@@ -9,10 +9,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+enum { NO_FILE = -1 }; // in place of an errno
+
 static bool fail(const char *path, int cause, CohortError *err)
 {
     CohortErrorCode code = cause == ENOENT ? COHORT_ERROR_FILE_NOT_FOUND : COHORT_ERROR_FILE_READ;
-    co_error_set(err, CO_HERE, code, "cannot open %s: %s", path, strerror(cause));
+    co_error_set(err, CO_HERE, code, "cannot open %s: %s", path,
+                 cause == NO_FILE ? "it is a pipe or a device, not a file" : strerror(cause));
     co_error_place(err, path, 0, 0, NULL);
     return false;
 }
@@ -27,7 +30,7 @@ bool co_mapped_file_open(const char *path, CoMappedFile *out, CohortError *err)
     int cause = fstat(fd, &info) ? errno : S_ISDIR(info.st_mode) ? EISDIR : 0;
     void *data = NULL;
     if (!cause && !S_ISREG(info.st_mode))
-        cause = EINVAL;
+        cause = NO_FILE;
     if (!cause && info.st_size > 0) {
         data = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_PRIVATE, fd, 0);
         if (data == MAP_FAILED)

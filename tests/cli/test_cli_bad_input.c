@@ -50,6 +50,8 @@ static void stages_that_cannot_be_read(void **state)
     assert_int_equal(mkdir("folder.usda", 0777), 0);
     command_run(&ran, "render folder.usda -o x.exr");
     assert_refused(&ran, 3, "irectory");
+    command_run(&ran, "render /dev/zero -o x.exr");
+    assert_refused(&ran, 3, "a pipe or a device");
     run_stage(&ran, "", "");
     assert_refused(&ran, 3, "bad.usda:1:1");
     run_stage(&ran, "PXR-USDC", "");
@@ -298,6 +300,10 @@ static void outputs_that_cannot_be_written(void **state)
     assert_refused(&ran, 4, "nofolder");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --stats taken.exr");
     assert_refused(&ran, 4, "taken.exr: it is a folder");
+    char name[300] = "render stage.usda --spp 1 -o ";
+    memset(name + strlen(name), 'n', 245);
+    command_run(&ran, "%s.exr", name);
+    assert_refused(&ran, 4, "the name is too long");
     // Of a range, each frame's files are looked at before the first renders.
     assert_int_equal(mkdir("f.0002.exr", 0777), 0);
     command_run(&ran, "render stage.usda --spp 1 -o f.####.exr --frames 1:3");
