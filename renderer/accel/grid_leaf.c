@@ -19,7 +19,7 @@ _Static_assert(CO_TILE_SQUARES == 1 << CO_PATCH_TILE_SHIFT, "tiles are those of 
 
 static Tile find_tile(const CoPatchTable *table, uint32_t id)
 {
-    Tile tile = {.patch = co_grid_has_faces(table) ? id * table->fold : id};
+    Tile tile = {.patch = co_grid_has_faces(table) ? id * 3 : id};
     if (table->level > CO_PATCH_TILE_SHIFT)
         tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
     uint32_t room[CO_PATCH_WORDS];
@@ -111,7 +111,7 @@ uint32_t co_grid_count(const CoMesh *mesh)
 {
     const CoPatchTable *table = mesh->patches;
     if (co_grid_has_faces(table))
-        return table->count / table->fold;
+        return table->count / 3;
     return table->level > CO_PATCH_TILE_SHIFT ? co_patch_tile_count(table) : table->count;
 }
 
@@ -232,7 +232,7 @@ static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t 
 static size_t list_size(const CoPatchTable *table)
 {
     bool has_pairs = table->level == 0 && (table->unit_shift > 0 || table->first_tri);
-    bool is_one = co_grid_has_faces(table) || (has_pairs && !table->fold);
+    bool is_one = co_grid_has_faces(table) || has_pairs;
     return (is_one ? 1 : 2) * co_grid_list_step(table);
 }
 

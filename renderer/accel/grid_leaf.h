@@ -80,7 +80,7 @@ static inline uint32_t co_grid_face_block_at(uint32_t blocks, uint32_t place, ui
 // Whether what a tree is built over, in place of patches, is faces: triangles, split in 3.
 static inline bool co_grid_has_faces(const CoPatchTable *table)
 {
-    return table->fold == 3 && table->level <= 2;
+    return table->fold && table->level <= 2;
 }
 
 static inline bool co_grid_is_list(const CoPatchTable *table)
@@ -91,7 +91,7 @@ static inline bool co_grid_is_list(const CoPatchTable *table)
 // How many of a list to a block.
 static inline uint32_t co_grid_list_step(const CoPatchTable *table)
 {
-    bool is_two = table->level > 0 || (table->fold == 3 && table->stride > 4);
+    bool is_two = table->level > 0 || (table->fold && table->stride > 4);
     return is_two ? 2 : 4;
 }
 
@@ -125,14 +125,20 @@ CoLeafRule co_grid_rule(const CoMesh *mesh);
 // Writes the leaf that a reference stands for again, where it holds boxes; returns its own.
 CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves);
 
-// Reads a list; returns how many there are.
+// Reads a list; returns how many there are. What follows them in `patches` means nothing: all are
+// read, with no branch on how many, and leaves have CO_LEAF_TAIL behind them.
 static inline uint32_t co_grid_list(const CoGridList *list, uint32_t patches[CO_LIST_PATCHES])
 {
     const uint32_t count = list->count & 0xffu;
     const uint32_t *far = (const uint32_t *)(const void *)(list + 1);
     patches[0] = list->first;
-    for (uint32_t k = 1; k < count; k++)
-        patches[k] = list->count & CO_LIST_FAR ? far[k - 1] : list->first + list->near[k - 1];
+    if (list->count & CO_LIST_FAR) {
+        for (uint32_t k = 1; k < count; k++)
+            patches[k] = far[k - 1];
+        return count;
+    }
+    for (uint32_t k = 1; k < CO_LIST_PATCHES; k++)
+        patches[k] = list->first + list->near[k - 1];
     return count;
 }
 

@@ -42,7 +42,7 @@ typedef struct CoPatchTable {
     uint32_t level; // of the finest patch, or of the finest face where some are split and some not
     bool is_triangular, is_mixed;
     uint32_t count, stride;     // patches, and words of one, or of a face, see fold
-    uint32_t fold;              // patches of a face, where words are by face; else 0
+    uint32_t fold;              // 3: of triangles split in 3, words are by face; else 0
     const uint32_t *words;      // [count * stride]
     uint32_t unit_shift;        // log2 of triangles per patch, or of what tri_patch counts
     const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
@@ -58,13 +58,13 @@ static inline uint32_t co_patch_word_point(uint32_t word, uint32_t t)
     return word & CO_PATCH_FLAG ? (word & ~CO_PATCH_FLAG) - t : word + t;
 }
 
-// Patch k of a face whose words are its corners, its edges, each counted from its corner on, unless
-// the patches are fans, and the first point inside: there lie the center, the spokes from the
-// middle of each edge to it, and the inner points of each patch.
+// Patch k of a triangle whose words are its corners, its edges, each counted from its corner on,
+// unless the patches are fans, and the first point inside: there lie the center, the spokes from
+// the middle of each edge to it, and the inner points of each patch.
 static inline void co_patch_unfold(const CoPatchTable *table, const uint32_t *face, uint32_t k,
                                    uint32_t words[CO_PATCH_WORDS])
 {
-    const uint32_t n = table->fold, m = 1u << table->level, spoke = m - 1;
+    const uint32_t n = 3, m = 1u << table->level, spoke = m - 1;
     const uint32_t before = k > 0 ? k - 1 : n - 1, center = face[table->stride - 1];
     words[CO_PATCH_CORNER] = face[k];
     if (table->stride == n + 1) {
@@ -102,7 +102,7 @@ static inline uint32_t co_patch_face_points(const CoPatchTable *table, uint32_t 
 // Words of all patches or faces.
 static inline size_t co_patch_word_count(const CoPatchTable *table)
 {
-    return (size_t)table->count / (table->fold ? table->fold : 1) * table->stride;
+    return (size_t)table->count / (table->fold ? 3 : 1) * table->stride;
 }
 
 // The words of a patch; `room` is for those that have to be put together.
@@ -111,9 +111,8 @@ static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t
 {
     if (!table->fold)
         return table->words + (size_t)patch * table->stride;
-    uint32_t face = table->fold == 3 ? patch / 3 : patch / table->fold; // 3 takes no division
-    co_patch_unfold(table, table->words + (size_t)face * table->stride, patch - face * table->fold,
-                    room);
+    uint32_t face = patch / 3;
+    co_patch_unfold(table, table->words + (size_t)face * table->stride, patch % 3, room);
     return room;
 }
 

@@ -107,7 +107,7 @@ static void fill_faces(void *context, size_t begin, size_t end, uint32_t worker)
     for (uint32_t f = (uint32_t)begin; f < end; f++) {
         if (!s->is_live[f])
             continue;
-        size_t at = job->fold ? s->face_patch[f] / job->fold : s->face_patch[f];
+        size_t at = s->face_patch[f] / (job->fold ? 3 : 1);
         uint32_t *words = job->words + at * job->stride;
         if (job->fold) {
             fill_folded(s, f, job->stride, words);
@@ -238,16 +238,15 @@ static bool find_triangles(CoSubdivision *s, CoPatchTable *table)
     return find_units(build, table, first);
 }
 
-// Corners of all faces, if these are many patches each and as many.
-static uint32_t fold_of(const CoSubdivision *s, const CoPatchTable *table)
+// Only triangles are worth it: others are few, and few of a kind.
+static bool is_folded(const CoSubdivision *s, const CoPatchTable *table)
 {
     if (table->is_mixed || s->has_whole || !s->has_split)
-        return 0;
-    uint32_t n = (uint32_t)s->counts[first_live(s)];
+        return false;
     for (uint32_t f = 0; f < s->face_count; f++)
-        if (s->is_live[f] && (uint32_t)s->counts[f] != n)
-            return 0;
-    return n;
+        if (s->is_live[f] && s->counts[f] != 3)
+            return false;
+    return true;
 }
 
 static uint32_t stride_of(const CoSubdivision *s, const CoPatchTable *table)
@@ -270,7 +269,7 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     bool is_all_split = s->has_split && !s->has_whole && !table->is_mixed;
     table->level = s->level - (is_all_split && s->level > 0 ? 1 : 0);
     table->count = s->patch_count;
-    table->fold = fold_of(s, table);
+    table->fold = is_folded(s, table) ? 3 : 0;
     table->stride = stride_of(s, table);
     uint32_t *words = co_mesh_keep(build, co_patch_word_count(table), sizeof *words);
     CO_MESH_CHECK_MEMORY(build, words);

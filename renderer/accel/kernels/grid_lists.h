@@ -27,8 +27,7 @@ static inline CoTriLeaf open_quads(const CoBvh *bvh, const uint32_t *patches, ui
     for (uint32_t q = 0; q < 4; q++) {
         bool is_there = q < count;
         const uint32_t patch = patches[is_there ? q : 0];
-        uint32_t room[CO_PATCH_WORDS];
-        const uint32_t *words = co_patch_words(bvh->patches, patch, room);
+        const uint32_t *words = bvh->patches->words + (size_t)patch * bvh->patches->stride;
         bool is_fan = co_patch_is_fan(bvh->patches, words);
         uint32_t *index = block->index + q;
         index[0] = words[0];
