@@ -58,7 +58,7 @@ static void camera_ray(const CohortRender *render, uint32_t pixel, CoSampleKey k
     ray->org = co_madd(org, ray->dir, cosine > 0.0f ? c->clip_near / cosine : 0.0f);
 }
 
-// Half the angle between neighbouring pixels, as growth of the footprint's width per unit length.
+// The size of a pixel at distance 1: growth of the footprint's width per unit length.
 static float pixel_spread(const CohortRender *render)
 {
     const CoCamera *c = &render->scene->camera;

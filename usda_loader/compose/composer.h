@@ -53,7 +53,7 @@ typedef struct CoReading CoReading; // read_ahead.h
 
 // One layer, read once. `layer` is NULL if it could not be read.
 typedef struct CoLayerFile {
-    const char *path; // token: absolute and normalised
+    const char *path; // token: absolute and normalized
     CoLayer *layer;
     const char *why; // it could not be read
     double time_codes_per_second;
@@ -215,7 +215,7 @@ const CoMove *co_stack_move_to(const CoStack *stack, const CoPath *target);
 // A field of a layer's own metadata.
 const CoField *co_layer_field(const CoLayerFile *file, const char *name);
 
-// Path, relative to the layer that says it, without looking for the file: absolute and normalised.
+// Path, relative to the layer that says it, without looking for the file: absolute and normalized.
 // A path that begins with no dot and leads nowhere is looked for in the search paths. Token.
 const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char *authored);
 bool co_asset_exists(const CoComposer *c, const char *path);

@@ -219,7 +219,7 @@ typedef struct CoFileStamp {
 
 typedef struct CoLayer {
     CoArena arena;
-    const char *path; // token: absolute, normalised file path
+    const char *path; // token: absolute, normalized file path
     CoSpec *root;     // kind CO_SPEC_LAYER
     size_t byte_count;
     CoFileStamp stamp;      // all 0: not from a file

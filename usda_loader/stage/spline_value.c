@@ -37,7 +37,7 @@ static CoSplineInterp interp_of(const CoSplineKnot *knot)
     return knot->has_interp ? knot->interp : CO_SPLINE_INTERP_HELD;
 }
 
-// The slope that eases a knot in between its neighbours: flat at extremes and where the curve
+// The slope that eases a knot in between its neighbors: flat at extremes and where the curve
 // breaks off: at the ends, at two values and at blocks.
 static double eased_slope(const CoSplineKnot *knots, size_t count, size_t i)
 {

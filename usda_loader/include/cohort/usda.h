@@ -134,7 +134,7 @@ typedef struct CohortBytes {
     void *handle; // the opener's own
 } CohortBytes;
 
-// Is asked for every layer before the file system, by its absolute, normalised path. True: *out
+// Is asked for every layer before the file system, by its absolute, normalized path. True: *out
 // holds the layer. False: it is none of the opener's. With out NULL it is only asked whether it has
 // the file (then also for textures and the like). Threads: may be called by several at a time.
 typedef bool CohortOpenFn(void *cookie, const char *path, CohortBytes *out);
