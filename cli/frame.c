@@ -21,7 +21,7 @@ static volatile sig_atomic_t is_loading, snapshot_requested, first_stop; // seco
 void render_say_interrupted(void)
 {
     static const char text[] =
-        "cohort: interrupted before a round was complete: nothing is written\n";
+        "cohort: interrupted before a round of the frame was complete: nothing is written of it\n";
     (void)!write(STDERR_FILENO, text, sizeof text - 1);
 }
 

@@ -209,7 +209,8 @@ static bool make_sky(CohortAdapter *a, CohortError *err)
     int n = snprintf(path, sizeof path, "%s/cohort-sky-XXXXXX.hdr",
                      folder && folder[0] ? folder : "/tmp");
     int file = n > 0 && (size_t)n < sizeof path ? mkstemps(path, 4) : -1;
-    CO_CHECK(file >= 0, err, COHORT_ERROR_FILE_WRITE, "no temporary file for the sky image");
+    CO_CHECK(file >= 0, err, COHORT_ERROR_FILE_WRITE,
+             "cannot make a temporary file for the sky, %.150s; TMPDIR names another folder", path);
     close(file);
     a->env_file = copy_text(a, path);
     a->env_is_made = a->env_file != NULL;

@@ -407,6 +407,9 @@ static void folders_and_files_of_options(void **state)
     assert_refused(&ran, 4, "--scratch");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --env none.hdr");
     assert_refused(&ran, 3, "none.hdr");
+    assert_int_equal(system("TMPDIR=/nofolder " COHORT_COMMAND " render stage.usda --spp 1 -o x.exr "
+                            "--scratch . --env sky 2> said.txt"), 4 << 8);
+    assert_int_equal(system("grep -q '/nofolder.*TMPDIR' said.txt"), 0);
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --env stage.usda");
     assert_refused(&ran, 3, "--env stage.usda: cannot use image");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr -o x.png --ocio none.ocio");
