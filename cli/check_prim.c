@@ -139,7 +139,7 @@ static void check_camera(Check *check, const CohortPrim *prim)
     if (f_stop < 0 || (f_stop > 0 && !(cohort_prim_double(prim, "focusDistance", 0, 0) > 0)))
         check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "fStop",
                     f_stop < 0 ? "fStop is %g: expected 0 or more"
-                               : "fStop is %g, but there is no focusDistance: nothing is sharp",
+                               : "fStop is %g, but there is no focusDistance: no depth of field",
                     f_stop);
     if (cohort_prim_numbers(prim, "clippingRange", 0, clip, 2) && !(clip[0] < clip[1]))
         check_found(check, FINDING_CAMERA, COHORT_SEVERITY_WARNING, prim, "clippingRange",
