@@ -91,6 +91,21 @@ static void report_light_api(const CohortAdapter *adapter, const CohortPrim *pri
 
 // ---- Meshes ------------------------------------------------------------------------------------
 
+// Bindings of the purpose preview are for viewports: one that stands alone looks forgotten.
+static void report_preview_binding(const CohortAdapter *adapter, CoPlace place)
+{
+    static const char name[] = "material:binding:preview";
+    const CohortPrim *mesh = place.prim;
+    const char *const *targets;
+    do {
+        if (cohort_prim_targets(place.prim, name, &targets) == 0)
+            continue;
+        co_adapter_report(adapter, mesh, name, targets[0],
+                          "full and all-purpose bindings alone count: displayColor");
+        return;
+    } while (co_place_up(adapter, &place));
+}
+
 static bool add_mesh(CoWalk *walk, CoPlace place)
 {
     CohortAdapter *a = walk->adapter;
@@ -98,7 +113,10 @@ static bool add_mesh(CoWalk *walk, CoPlace place)
                        .path = cohort_prim_path(place.prim),
                        .prim = place.prim,
                        .prototype = place.prototype};
-    record.material = co_record_material(a, place, co_binding_resolve(a, place), walk->err);
+    const char *bound = co_binding_resolve(a, place);
+    record.material = co_record_material(a, place, bound, walk->err);
+    if (!bound)
+        report_preview_binding(a, place);
     // Subsets name materials of their own, which must be in the index before the mesh is pulled.
     size_t children = cohort_prim_child_count(place.prim);
     for (size_t i = 0; i < children; i++) {

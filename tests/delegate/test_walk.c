@@ -130,6 +130,19 @@ static void test_unsupported_prims_are_named(void **state)
     assert_int_equal(fake.set_mesh_calls, 2);
 }
 
+static void test_preview_bindings_are_named(void **state)
+{
+    (void)state;
+    open_stage("def Material 'P' {} def Material 'M' {}"
+               "def Xform 'W' { rel material:binding:preview = </P>;"
+               "  def Mesh 'Only' { $triangle }"
+               "  def Mesh 'Both' { $triangle rel material:binding = </M> } }"
+               "def Mesh 'None' { $triangle }");
+    assert_true(is_reported("/W/Only", "material:binding:preview"));
+    assert_false(is_reported("/W/Both", "material:binding:preview"));
+    assert_false(is_reported("/None", "material:binding:preview"));
+}
+
 // A chain of 40 instancers, each the prototype of the one around it, ends with a word.
 static void test_nesting_ends(void **state)
 {
@@ -192,6 +205,7 @@ int main(void)
         cmocka_unit_test_teardown(test_native_instances_inherit, close_stage),
         cmocka_unit_test_teardown(test_nested_native_instances, close_stage),
         cmocka_unit_test_teardown(test_unsupported_prims_are_named, close_stage),
+        cmocka_unit_test_teardown(test_preview_bindings_are_named, close_stage),
         cmocka_unit_test_teardown(test_nesting_ends, close_stage),
         cmocka_unit_test_teardown(test_allocation_failures, close_stage),
     };
