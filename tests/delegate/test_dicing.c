@@ -39,7 +39,7 @@ static void what_is_outside_counts_less(void **state)
         double center[3], radius;
         bool is_seen[2]; // perspective, parallel
     } cases[] = {{{0, 0, -10}, 1, {true, true}},     {{9, 0, -10}, 0.1, {true, false}},
-                 {{12, 0, -10}, 1, {false, false}},  {{12, 0, -10}, 2, {true, false}},
+                 {{12, 0, -10}, 1, {false, false}},  {{12, 0, -10}, 1.5, {true, false}},
                  {{0, -12, -10}, 1, {false, false}}, {{0, 0, 5}, 1, {false, true}},
                  {{0, 0, 5}, 6, {true, true}},       {{1.5, 0, -1e6}, 0.6, {true, true}},
                  {{0, 1.5, 3}, 0.6, {false, true}}};

@@ -138,14 +138,15 @@ static void test_displacement_hashes(void **state)
     CohortLookupDesc lookup = {.texture = 3, .scale = {1, 1, 1, 1}};
     CohortMaterialDesc desc = {.lookups = &lookup, .lookup_count = 1};
     assert_int_equal(co_network_displacement(&desc), 0);
-    uint64_t hashes[6];
-    for (int i = 0; i < 6; i++) {
+    uint64_t hashes[7];
+    for (int i = 0; i < 7; i++) {
         desc.displacement =
             (CohortInput){.kind = i < 2 ? COHORT_INPUT_CONSTANT : COHORT_INPUT_TEXTURE,
                           .value = {i < 2 ? 0.5f * (float)(i + 1) : 0.0f}};
         desc.displacement.channel = i == 3;
         lookup.scale[0] = i == 4 ? 2.0f : 1.0f;
-        lookup.st_primvar = i == 5 ? "uv2" : NULL;
+        lookup.bias[0] = i == 5 ? 0.5f : 0.0f;
+        lookup.st_primvar = i == 6 ? "uv2" : NULL;
         hashes[i] = co_network_displacement(&desc);
         assert_int_not_equal(hashes[i], 0);
         assert_int_equal(co_network_displacement(&desc), hashes[i]);
@@ -153,7 +154,7 @@ static void test_displacement_hashes(void **state)
             assert_true(hashes[k] != hashes[i]);
     }
     lookup.scale[3] = 7.0f; // of a channel that is not taken
-    assert_int_equal(co_network_displacement(&desc), hashes[5]);
+    assert_int_equal(co_network_displacement(&desc), hashes[6]);
 }
 
 int main(void)
