@@ -43,7 +43,7 @@ static inline void plain_points(const CoTriLeaf *leaf, const Shear *shear, LeafH
     out->edge[1][0] = co_wide_set1(shear->sy);
 }
 
-// Along (sx, sy, 1), whose distances are the ray's times dz; t, u, v take the place of edges.
+// Along (sx, sy, 1), whose distances are the ray's over sz; t, u, v take the place of edges.
 static inline uint32_t plain_pierce(const CoTriLeaf *leaf, uint32_t count, LeafHits *out)
 {
     const CoWide zero = co_wide_set1(0.0f), one = co_wide_set1(1.0f);
@@ -78,7 +78,7 @@ static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32
                                const LeafHits *hits, float *t, float *u, float *v)
 {
     (void)leaf;
-    *t = ((const float *)hits->edge[0])[i] / shear->dz;
+    *t = ((const float *)hits->edge[0])[i] * shear->sz;
     *u = ((const float *)hits->edge[1])[i];
     *v = ((const float *)hits->edge[2])[i];
     return true;
@@ -99,7 +99,7 @@ static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32
         edge[c] *= inv;
         sum += edge[c] * ((const float *)hits->z)[co_leaf_corner(leaf, c, i)];
     }
-    *t = sum / shear->dz;
+    *t = sum * shear->sz;
     *u = edge[1];
     *v = edge[2];
     return true;

@@ -255,7 +255,7 @@ static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
                    {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
                    rays->shear_x[j],
                    rays->shear_y[j],
-                   rays->dir[z][j]};
+                   rays->inv[z][j]};
 }
 
 // Where it ends now.

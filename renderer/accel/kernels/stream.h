@@ -362,7 +362,7 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
 
 // Where triangle i is on the rays `pierced`.
 static inline void stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
-                                CoWide dz, uint32_t pierced, StreamHits *out)
+                                CoWide sz, uint32_t pierced, StreamHits *out)
 {
     const CoWide zero = co_wide_set1(0.0f);
     CoWide edge[3];
@@ -378,7 +378,7 @@ static inline void stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamP
     CoWide u = co_wide_mul(edge[1], inv), v = co_wide_mul(edge[2], inv);
     CoWide t = co_wide_mul(u, co_wide_sub(z[1], z[0]));
     t = co_wide_add(t, co_wide_mul(v, co_wide_sub(z[2], z[0])));
-    co_wide_store(out->t, co_wide_div(co_wide_add(z[0], t), dz));
+    co_wide_store(out->t, co_wide_mul(co_wide_add(z[0], t), sz));
     co_wide_store(out->u, u);
     co_wide_store(out->v, v);
     out->unsure = pierced & ~co_wide_bits(sure);
@@ -386,7 +386,7 @@ static inline void stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamP
 
 // Decides by doubles whether ray `lane` of the vector hits triangle i.
 static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
-                                      float dz, uint32_t lane, StreamHits *hits)
+                                      float sz, uint32_t lane, StreamHits *hits)
 {
     float corner[3][3];
     for (uint32_t c = 0; c < 3; c++) {
@@ -395,7 +395,7 @@ static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const S
         corner[1][c] = points->y[point][lane];
         corner[2][c] = points->z[point][lane];
     }
-    return pierce_exactly((const float(*)[3])corner, dz, &hits->t[lane], &hits->u[lane],
+    return pierce_exactly((const float(*)[3])corner, sz, &hits->t[lane], &hits->u[lane],
                           &hits->v[lane]);
 }
 

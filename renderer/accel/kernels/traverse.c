@@ -225,17 +225,17 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
     uint32_t any = list_pierced(leaf, &points, active, triangles, rays_of);
     if (!any)
         return;
-    const CoWide dz = co_wide_load(rays->dir[axis] + j);
+    const CoWide sz = co_wide_load(rays->inv[axis] + j);
     const bool is_placed = walk->is_placed;
     stream_boxes(rays, slabs, j,
                  is_placed ? rays_padding(rays, j, &walk->tree->box) : co_wide_load(rays->pad + j),
                  &boxes);
     for (; any; any &= any - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(any), pierced = rays_of[i] & active;
-        stream_place(leaf, i, &points, dz, pierced, &hits);
+        stream_place(leaf, i, &points, sz, pierced, &hits);
         for (uint32_t unsure = hits.unsure; unsure; unsure &= unsure - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(unsure);
-            if (!stream_pierce_lane(leaf, i, &points, rays->dir[axis][j + lane], lane, &hits))
+            if (!stream_pierce_lane(leaf, i, &points, rays->inv[axis][j + lane], lane, &hits))
                 pierced &= ~(1u << lane);
         }
         pierced = clamp_vector(rays, j, &boxes, leaf, i, pierced, &hits);

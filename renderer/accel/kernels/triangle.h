@@ -16,13 +16,12 @@
 typedef struct Shear {
     uint32_t x, y, z; // axes; z is that of the largest direction component
     float org[3];     // along x, y, z
-    float sx, sy;
-    float dz; // the direction along z
+    float sx, sy, sz;
 } Shear;
 
 static inline void shear_load(const Ray *ray, Shear *shear)
 {
-    const float *org = (const float *)&ray->org, *dir = (const float *)&ray->dir;
+    const float *org = (const float *)&ray->org, *inv = (const float *)&ray->inv;
     uint32_t z = ray->major, x = next_axis(z), y = next_axis(x);
     shear->x = x;
     shear->y = y;
@@ -32,7 +31,7 @@ static inline void shear_load(const Ray *ray, Shear *shear)
     shear->org[2] = org[z];
     shear->sx = ray->shear_x;
     shear->sy = ray->shear_y;
-    shear->dz = dir[z];
+    shear->sz = inv[z];
 }
 
 enum {
@@ -100,7 +99,7 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, L
 
 // A hit of one triangle in double, from its float sheared corners. False when it is missed or
 // has no area along the ray.
-static inline bool pierce_exactly(const float corner[3][3], float dz, float *t, float *u, float *v)
+static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, float *u, float *v)
 {
     const float *x = corner[0], *y = corner[1], *z = corner[2];
     double edge[3];
@@ -115,7 +114,7 @@ static inline bool pierce_exactly(const float corner[3][3], float dz, float *t, 
         return false;
     double sum = (edge[0] / det) * (double)z[0] + (edge[1] / det) * (double)z[1] +
                  (edge[2] / det) * (double)z[2];
-    *t = (float)(sum / (double)dz);
+    *t = (float)(sum * (double)sz);
     *u = (float)(edge[1] / det);
     *v = (float)(edge[2] / det);
     return true;
@@ -139,12 +138,12 @@ static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t
     bool is_sure = (size > 1e-30f) & (size < 1e30f) & (edge[0] != 0.0f) & (edge[1] != 0.0f) &
                    (edge[2] != 0.0f);
     if (!is_sure)
-        return pierce_exactly((const float(*)[3])corner, shear->dz, t, u, v);
+        return pierce_exactly((const float(*)[3])corner, shear->sz, t, u, v);
     // From a corner on: the roundings of u and v are multiplied by the size of the triangle only.
     const float *z = corner[2], inv = 1.0f / det;
     *u = edge[1] * inv;
     *v = edge[2] * inv;
-    *t = (z[0] + (*u * (z[1] - z[0]) + *v * (z[2] - z[0]))) / shear->dz;
+    *t = (z[0] + (*u * (z[1] - z[0]) + *v * (z[2] - z[0]))) * shear->sz;
     return true;
 }
 
