@@ -90,6 +90,8 @@ static void put_batches(Json *j, const CohortRenderStats *s)
     close_scope(j, ']');
     count(j, "drained", s->batches_drained);
     count(j, "ready_depth_peak", s->ready_depth_peak);
+    count(j, "in_memory", s->bins_in_memory);
+    count(j, "on_disk", s->bins_on_disk);
     count(j, "bytes_written", s->bytes_written);
     count(j, "bytes_read", s->bytes_read);
     number(j, "wait_seconds", s->wait_seconds);

@@ -33,11 +33,12 @@ static void count(CoMemoryTag tag, size_t size)
         ;
 }
 
-// Trees are what is walked at random and what grows by pieces. What is only written once is not worth
-// the search for large pages, which on a machine long in use takes as long as the writing.
+// Trees are what is walked at random and what grows by pieces; rays are met in any order and their
+// memory is used over and over. What is only written once is not worth the search for large pages,
+// which on a machine long in use takes as long as the writing.
 static bool is_paged(CoMemoryTag tag, size_t size)
 {
-    return tag == CO_MEMORY_ACCEL && co_pages_suit(size);
+    return (tag == CO_MEMORY_ACCEL || tag == CO_MEMORY_RAYS) && co_pages_suit(size);
 }
 
 void *co_alloc(CoMemoryTag tag, size_t size)

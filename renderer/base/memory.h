@@ -52,6 +52,10 @@ size_t co_memory_peak(CoMemoryTag tag); // most bytes at any time
 // system does not say.
 size_t co_memory_resident(void);
 
+// Bytes that can still be taken: what the system calls available, but no more than the control groups
+// of the process leave it; 0 where the system does not say.
+uint64_t co_memory_available(void);
+
 // The name of a tag as it stands in the statistics.
 const char *co_memory_tag_name(CoMemoryTag tag);
 

@@ -3,7 +3,7 @@
 // What the process holds when the render begins is measured: libraries, stage, geometry, trees,
 // images of lights, the host's buffers. What the render adds is known from its settings but for
 // three things that give way: texels that stay decoded, requests of lookups kept in core, and rays
-// per batch.
+// per batch. What they leave is for bins, which are on disk otherwise.
 
 #include "integrate/render_data.h"
 
@@ -56,8 +56,10 @@ bool co_render_fit_memory(CohortRender *r, CohortError *err)
     CoTextures *textures = r->scene->textures;
     co_textures_limit(textures, 0, 0);
     uint64_t limit = r->settings.memory;
-    if (!limit)
+    if (!limit) {
+        r->bin_memory = co_ray_bins_budget();
         return true;
+    }
     bool has_lookups = r->scene->has_lookups;
     uint64_t fixed = co_memory_resident() + image_bytes(r) + bins_bytes(r) + SLACK_BYTES;
     if (has_lookups)
@@ -75,5 +77,7 @@ bool co_render_fit_memory(CohortRender *r, CohortError *err)
     }
     while (r->settings.batch > LEAST_BATCH && r->settings.batch * per_ray > left)
         r->settings.batch /= 2;
+    uint64_t taken = r->settings.batch * per_ray;
+    r->bin_memory = left > taken ? left - taken : 0;
     return true;
 }

@@ -4,10 +4,12 @@
 
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/mapped_file.h"
 #include "base/parallel.h"
 #include "light/light.h"
 
 #include <string.h>
+#include <unistd.h>
 
 #define TAG CO_MEMORY_RAYS
 
@@ -110,6 +112,21 @@ static void choose_sort(CohortRender *r)
     r->sorts_hits = sort == COHORT_SORT_HITS || sort == COHORT_SORT_BOTH || sort == COHORT_SORT_AUTO;
 }
 
+// A folder that is named must do, even if all of the render should fit into memory.
+static bool keep_scratch_folder(CohortRender *r, const char *folder, CohortError *err)
+{
+    if (!folder)
+        return true;
+    size_t length = strlen(folder) + 1;
+    r->scratch = co_alloc(TAG, length);
+    CO_CHECK_MEMORY(r->scratch, err);
+    memcpy(r->scratch, folder, length);
+    int fd = co_scratch_file(folder, 0, err);
+    if (fd >= 0)
+        close(fd);
+    return fd >= 0;
+}
+
 static bool create_parts(CohortRender *r, CohortError *err)
 {
     const CohortRenderSettings *s = &r->settings;
@@ -119,12 +136,8 @@ static bool create_parts(CohortRender *r, CohortError *err)
     CO_CHECK(r->kernels && r->codes, err, COHORT_ERROR_ARGUMENT,
              "this machine has no instruction set \"%s\"; scalar, sse42, avx2, avx512 are known",
              s->isa ? s->isa : "");
-    if (s->scratch_folder) {
-        size_t length = strlen(s->scratch_folder) + 1;
-        r->scratch = co_alloc(TAG, length);
-        CO_CHECK_MEMORY(r->scratch, err);
-        memcpy(r->scratch, s->scratch_folder, length);
-    }
+    if (!keep_scratch_folder(r, s->scratch_folder, err))
+        return false;
     r->settings.isa = NULL;
     r->settings.scratch_folder = NULL;
     r->workers = co_alloc_zero(TAG, r->worker_count * sizeof *r->workers);
@@ -133,7 +146,8 @@ static bool create_parts(CohortRender *r, CohortError *err)
     if (!r->film)
         return false;
     co_film_set_alone(r->film, r->worker_count == 1);
-    r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->scratch, err);
+    r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->bin_memory, r->scratch,
+                                 err);
     if (!r->bins)
         return false;
     return alloc_batch(&r->batch, s->batch, err);

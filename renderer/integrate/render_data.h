@@ -74,6 +74,7 @@ struct CohortRender {
     bool sorts_rays, sorts_hits;
     bool groups_rays; // traverses 64 at a time; else ray by ray, as the unsorted modes do
     uint32_t pixels;
+    uint64_t bin_memory; // bytes that bins may take before they go to disk
     char *scratch; // kept copy of settings.scratch_folder, NULL = default
 
     // The open round.
@@ -139,8 +140,8 @@ float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 di
 // MIS weight of emission met by a BSDF ray, or 1 where no light sample competed.
 float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter);
 
-// Brings the batch and what textures may keep down until the render fits settings.memory. False
-// with what it would need where that is not enough.
+// Brings the batch and what textures may keep down until the render fits settings.memory, and leaves
+// to bins what is left. False with what it would need where that is not enough.
 bool co_render_fit_memory(CohortRender *render, CohortError *err);
 
 // The stages.

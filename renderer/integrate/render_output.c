@@ -50,6 +50,8 @@ static void bin_stats(const CohortRender *r, CohortRenderStats *out)
         out->batches[i] = bins.batches[i];
     out->batches_drained = bins.drained;
     out->ready_depth_peak = bins.ready_depth_peak;
+    out->bins_in_memory = bins.files_in_memory;
+    out->bins_on_disk = bins.files_on_disk;
     out->bytes_written = bins.bytes_written;
     out->bytes_read = bins.bytes_read;
     out->wait_seconds = bins.wait_seconds;

@@ -1,11 +1,13 @@
-// Ray bins: rays collected by major direction in files that the system streams to disk.
+// Ray bins: rays collected by major direction, in memory while there is some for them, else in files
+// that the system streams to disk.
 //
 // Source: Eisenacher et al. 2013, 3.1.
 // Terms: bin = one of six directions; batch = the records of one file, `capacity` of them when
 // full; ready = full and every record in place. A full file goes onto the ready stack and a fresh
-// or reused one takes its place. Files have no name and are preallocated: a full disk is an error
-// when a file is made, never a signal. Threads: push from any number of workers at once, each with
-// its own index; everything else from one thread while nobody pushes.
+// or reused one takes its place. Files are in memory until `budget` is spent or memory is refused;
+// those after them are on disk, have no name and are preallocated: a full disk is an error when a
+// file is made, never a signal. Where a file is changes no batch. Threads: push from any number of
+// workers at once, each with its own index; everything else from one thread while nobody pushes.
 
 #ifndef CO_RAYS_RAY_BIN_H
 #define CO_RAYS_RAY_BIN_H
@@ -21,28 +23,33 @@ enum {
 typedef struct CoRayBins CoRayBins;
 typedef struct CoBinFile CoBinFile;
 
-// A batch in work: valid until it is recycled (in memory: until the next drain).
+// A batch in work: valid until it is recycled (a gathered one: until the next drain).
 typedef struct CoRayRecords {
     const uint32_t *words; // count records of `stride` words
     size_t count;
     uint32_t stride;
-    uint32_t bin;    // 0-5, or CO_RAY_BIN_MIXED
-    CoBinFile *file; // NULL: in memory
+    uint32_t bin;    // 0-5, or CO_RAY_BIN_MIXED: gathered over all bins
+    CoBinFile *file; // NULL: gathered apart from any file
 } CoRayRecords;
 
 typedef struct CoRayBinStats {
     uint64_t committed[CO_RAY_BINS];    // records written: one side of "no ray is lost"
     uint64_t batches[CO_RAY_BINS];      // taken as files
-    uint64_t drained;                   // batches taken in memory
-    uint64_t bytes_written, bytes_read; // read = was not in memory any more
+    uint64_t drained;                   // batches gathered over all bins
+    uint64_t bytes_written, bytes_read; // to disk and back; read = was not in memory any more
     double wait_seconds;                // until it was
-    uint32_t files, ready_depth_peak;
+    uint32_t files_in_memory, files_on_disk, ready_depth_peak;
 } CoRayBinStats;
 
-// capacity: records per file, 2^8 to 2^26. stride: words per record. folder as co_scratch_file.
+// capacity: records per file, 2^8 to 2^26. stride: words per record. budget: bytes that files may
+// take in memory, 0 = all on disk. folder as co_scratch_file.
 // Nothing is written before the first push. NULL with *err set on failure.
-CoRayBins *co_ray_bins_create(size_t capacity, uint32_t stride, uint32_t workers,
+CoRayBins *co_ray_bins_create(size_t capacity, uint32_t stride, uint32_t workers, uint64_t budget,
                               const char *folder, CohortError *err);
+
+// A budget where no one limits memory: a quarter of what is available now.
+uint64_t co_ray_bins_budget(void);
+
 void co_ray_bins_destroy(CoRayBins *bins);
 
 // Adds one record of `stride` words. worker < workers; bin from co_ray_bin. False once a file could

@@ -1,32 +1,18 @@
-// Reading goes through a shared mapping, so that a batch in work needs no second copy in memory.
+// What is on disk is read through a shared mapping, so that a batch in work needs no second copy in
+// memory.
 #include "rays/ray_bin_parts.h"
 
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/parallel.h"
 
-#include <errno.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #define PAGE_BYTES_MIN 4096
-
-static bool read_records(CoRayBins *bins, CoBinFile *file, size_t at, void *out, size_t bytes)
-{
-    char *data = out;
-    while (bytes > 0) {
-        ssize_t n = pread(file->fd, data, bytes, (off_t)at);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0)
-            return co_ray_bins_fail_io(bins, "read", n < 0 ? errno : 0);
-        data += n;
-        at += (size_t)n;
-        bytes -= (size_t)n;
-    }
-    return true;
-}
+#define GATHER_GRAIN 16384 // records
 
 // Bytes of [at, at + part) of a file that are not in memory; part is at most CO_PAGE_IN_BYTES.
 static size_t absent_bytes(const CoBinFile *file, size_t at, size_t part)
@@ -50,6 +36,8 @@ static size_t page_in_part(size_t bytes, size_t at)
 static void ask_ahead(CoRayBins *bins, CoBinFile *file)
 {
     uint64_t absent = 0;
+    if (file->memory)
+        return;
     for (size_t at = 0; at < bins->file_bytes; at += CO_PAGE_IN_BYTES)
         absent += absent_bytes(file, at, page_in_part(bins->file_bytes, at));
     if (absent > file->asked) {
@@ -64,11 +52,13 @@ static void ask_ahead(CoRayBins *bins, CoBinFile *file)
 // touched.
 static bool page_in(CoRayBins *bins, CoBinFile *file, size_t bytes)
 {
+    if (file->memory)
+        return true;
     double begin = co_clock_seconds();
     uint64_t absent_sum = 0;
     for (size_t at = 0; at < bytes; at += CO_PAGE_IN_BYTES) {
         size_t part = page_in_part(bytes, at), absent = absent_bytes(file, at, part);
-        if (absent && !read_records(bins, file, at, bins->page_buffer, part))
+        if (absent && !co_bin_file_read(bins, file, at, bins->page_buffer, part))
             return false;
         absent_sum += absent;
     }
@@ -127,12 +117,18 @@ size_t co_ray_bins_left(const CoRayBins *bins)
     return left;
 }
 
-static bool take_fullest(CoRayBins *bins, CoRayRecords *out, CohortError *err)
+static uint32_t fullest_bin(const CoRayBins *bins)
 {
     uint32_t fullest = 0;
     for (uint32_t b = 1; b < CO_RAY_BINS; b++)
         if (open_count(bins, b) > open_count(bins, fullest))
             fullest = b;
+    return fullest;
+}
+
+static bool take_fullest(CoRayBins *bins, CoRayRecords *out, CohortError *err)
+{
+    uint32_t fullest = fullest_bin(bins);
     CoBinFile *file = atomic_load(&bins->open[fullest]);
     atomic_store(&bins->open[fullest], NULL);
     return take_file(bins, file, (size_t)atomic_load(&file->committed), out, err);
@@ -150,33 +146,82 @@ static bool reserve_memory(CoRayBins *bins, size_t bytes, CohortError *err)
     return true;
 }
 
+// Where the records of each bin go; those of `kept` are there already.
+typedef struct Gather {
+    CoRayBins *bins;
+    uint32_t *to;
+    size_t first[CO_RAY_BINS], count[CO_RAY_BINS];
+    uint32_t kept;
+    atomic_bool has_failed;
+} Gather;
+
+static void gather_range(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Gather *gather = context;
+    CoRayBins *bins = gather->bins;
+    (void)worker;
+    for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
+        size_t first = gather->first[b], last = first + gather->count[b];
+        size_t from = begin > first ? begin : first, stop = end < last ? end : last;
+        if (b != gather->kept && from < stop &&
+            !co_bin_file_read(bins, atomic_load(&bins->open[b]),
+                              (from - first) * bins->record_bytes, gather->to + from * bins->stride,
+                              (stop - from) * bins->record_bytes))
+            atomic_store(&gather->has_failed, true);
+    }
+}
+
+// The other bins' records behind those of the fullest, when that is in memory; else all of them in
+// memory that is kept for this.
+static bool gather_all(CoRayBins *bins, size_t left, CoRayRecords *out, CohortError *err)
+{
+    uint32_t fullest = fullest_bin(bins);
+    CoBinFile *target = atomic_load(&bins->open[fullest]);
+    Gather gather = {.bins = bins, .kept = CO_RAY_BINS};
+    if (target->memory) {
+        gather.to = target->memory;
+        gather.kept = fullest;
+    } else {
+        if (!reserve_memory(bins, left * bins->record_bytes, err))
+            return false;
+        gather.to = bins->memory;
+        target = NULL;
+    }
+    size_t at = target ? open_count(bins, fullest) : 0;
+    for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
+        gather.count[b] = open_count(bins, b);
+        gather.first[b] = b == gather.kept ? 0 : at;
+        at += b == gather.kept ? 0 : gather.count[b];
+    }
+    co_parallel_for(left, GATHER_GRAIN, gather_range, &gather);
+    if (atomic_load(&gather.has_failed)) {
+        if (err && err->code == COHORT_OK)
+            *err = bins->error;
+        return false;
+    }
+    for (uint32_t b = 0; b < CO_RAY_BINS; b++)
+        if (gather.count[b] > 0) {
+            CoBinFile *file = atomic_load(&bins->open[b]);
+            atomic_store(&file->reserved, 0);
+            atomic_store(&file->committed, 0);
+        }
+    if (target)
+        atomic_store(&bins->open[fullest], NULL);
+    *out = (CoRayRecords){gather.to, left, bins->stride, CO_RAY_BIN_MIXED, target};
+    return true;
+}
+
 bool co_ray_bins_drain(CoRayBins *bins, CoRayRecords *out, CohortError *err)
 {
-    size_t left = co_ray_bins_left(bins), at = 0;
+    size_t left = co_ray_bins_left(bins);
     *out = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
     if (left == 0)
         return true;
     if (left > bins->capacity)
         return take_fullest(bins, out, err);
-    if (!reserve_memory(bins, left * bins->record_bytes, err))
+    if (!gather_all(bins, left, out, err))
         return false;
-    for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
-        CoBinFile *file = atomic_load(&bins->open[b]);
-        size_t count = open_count(bins, b);
-        if (count == 0)
-            continue;
-        if (!read_records(bins, file, 0, bins->memory + at * bins->stride,
-                          count * bins->record_bytes)) {
-            if (err && err->code == COHORT_OK)
-                *err = bins->error;
-            return false;
-        }
-        at += count;
-        atomic_store(&file->reserved, 0);
-        atomic_store(&file->committed, 0);
-    }
     bins->stats.drained++;
-    *out = (CoRayRecords){bins->memory, left, bins->stride, CO_RAY_BIN_MIXED, NULL};
     return true;
 }
 
@@ -184,7 +229,8 @@ void co_ray_bins_recycle(CoRayBins *bins, CoRayRecords *records)
 {
     if (records->file) {
         // What was read leaves the process; the file keeps its pages while there is room for them.
-        madvise((void *)(uintptr_t)records->file->map, bins->file_bytes, MADV_DONTNEED);
+        if (!records->file->memory)
+            madvise((void *)(uintptr_t)records->file->map, bins->file_bytes, MADV_DONTNEED);
         records->file->next = bins->spare;
         bins->spare = records->file;
     }

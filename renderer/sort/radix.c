@@ -8,13 +8,11 @@
 
 #include <stdatomic.h>
 #include <string.h>
-#include <sys/mman.h>
 
 #define DIGIT_BITS_MAX 10u
 #define DIGITS_MAX (1u << DIGIT_BITS_MAX)
 #define BLOCKS_MAX 128u
 #define BLOCK_MIN 16384u
-#define HUGE_PAGE ((uintptr_t)2 << 20)
 
 void *co_sort_scratch_reserve(CoSortScratch *scratch, size_t bytes, CohortError *err)
 {
@@ -25,12 +23,6 @@ void *co_sort_scratch_reserve(CoSortScratch *scratch, size_t bytes, CohortError 
     CO_CHECK_NULL(scratch->data, err, COHORT_ERROR_OUT_OF_MEMORY,
                   "out of memory: sorting wants %zu bytes", bytes);
     scratch->bytes = bytes;
-    // Sorting jumps all over its memory; with 4 KB pages most of a jump is the page walk. A wish
-    // only.
-    uintptr_t begin = ((uintptr_t)scratch->data + HUGE_PAGE - 1) & ~(HUGE_PAGE - 1);
-    uintptr_t end = ((uintptr_t)scratch->data + bytes) & ~(HUGE_PAGE - 1);
-    if (begin < end)
-        madvise((void *)begin, end - begin, MADV_HUGEPAGE);
     return scratch->data;
 }
 

@@ -228,7 +228,8 @@ int main(int argc, char **argv)
     co_worker_count_set(argc > 2 ? (uint32_t)atoi(argv[2]) : 0);
     CohortError err = {0};
     Bench bench = {.count = count, .codes = co_ray_kernels(NULL)};
-    bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(), NULL, &err);
+    bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(),
+                                    co_ray_bins_budget(), NULL, &err);
     bench.rays = malloc(count * sizeof *bench.rays);
     bench.words = malloc(count * CO_RAY_WORDS * sizeof *bench.words);
     bench.order = malloc(count * sizeof *bench.order);

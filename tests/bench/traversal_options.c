@@ -16,6 +16,7 @@ static const char usage[] =
     "  --repeats N     median of N (5)\n"
     "  --sort WHICH    fast, exact or none (as the engine chooses; sorted_batch: fast)\n"
     "  --cpu           processor seconds: for a machine that is not idle\n"
+    "  --disk          all bins on disk, none in memory\n"
     "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
     "Millions per second (bytes: per triangle); ratios above 1: Cohort is better. closest, "
     "occluded:\n"
@@ -38,9 +39,10 @@ static bool read_arguments(int argc, char **argv, BenchOptions *o)
 {
     for (int i = 1; i < argc; i++) {
         const char *key = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
-        if (strcmp(key, "--json") == 0 || strcmp(key, "--cpu") == 0) {
+        if (bench_is_listed("--json,--cpu,--disk", key)) {
             o->json = o->json || key[2] == 'j';
             o->cpu = o->cpu || key[2] == 'c';
+            o->disk = o->disk || key[2] == 'd';
             continue;
         }
         if (!value)

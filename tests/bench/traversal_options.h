@@ -15,7 +15,7 @@ typedef struct BenchOptions {
     const char *stage; // NULL: the shader ball
     const char *sort;  // NULL: as the engine chooses
     int batch_bits, count_bits, repeats;
-    bool json, cpu;
+    bool json, cpu, disk;
 } BenchOptions;
 
 // False, with the usage on stderr, when the arguments are not understood.

@@ -50,7 +50,8 @@ static CoRayBins *pack_rays(const Bench *bench, CoRayBins *bins)
 {
     size_t capacity = (size_t)1 << bench->options->batch_bits;
     if (!bins)
-        bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(), NULL, NULL);
+        bins = co_ray_bins_create(capacity, CO_RAY_WORDS, co_worker_count(),
+                                  bench->options->disk ? 0 : co_ray_bins_budget(), NULL, NULL);
     if (!bins)
         return NULL;
     Pack pack = {co_ray_kernels(bench->isa), &bench->rays.diffuse, bins};
@@ -204,6 +205,10 @@ void bench_measure_sorted_total(Bench *bench)
     fprintf(stderr, "  ns per ray: %.1f packing, %.1f sorting, %.1f decoding, %.1f traversal\n",
             scale * parts[PART_PACK], scale * parts[PART_SORT], scale * parts[PART_DECODE],
             scale * parts[PART_TRACE]);
+    CoRayBinStats stats;
+    co_ray_bins_stats(bins, &stats);
+    fprintf(stderr, "  bins: %u in memory, %u on disk\n", stats.files_in_memory,
+            stats.files_on_disk);
     co_ray_bins_destroy(bins);
     co_ray_batch_clear(&batch);
 }

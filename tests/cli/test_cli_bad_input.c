@@ -327,14 +327,21 @@ static void files_that_do_not_fit(void **state)
 {
     (void)state;
     Ran ran;
-    command_run_limited(&ran, 65536, "render stage.usda --spp 1 -o x.exr");
+    // Little memory, so that rays have to go to disk: what is named when there is too little.
+    char text[2048];
+    const char *asked = "render stage.usda --spp 1 --size 256x256 --first-hit-samples 100 -o x.exr";
+    command_run(&ran, "%s --memory 1M", asked);
+    assert_refused(&ran, 2, "--memory");
+    const char *named = strstr(ran.err, "at least ");
+    assert_non_null(named);
+    snprintf(text, sizeof text, "%s --memory %ldM", asked, strtol(named + 9, NULL, 10) + 3);
+    command_run_limited(&ran, 16384, text);
     assert_refused(&ran, 4, "--scratch");
     // The scratch files of such batches fit, the picture does not.
     command_run_limited(&ran, 16384, "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
     assert_refused(&ran, 4, "x.exr");
     assert_int_equal(system("ls | grep -q partial"), 256);
     // Nor does the converted form of a texture, which is left out.
-    char text[2048];
     command_run(&ran, "render stage.usda --spp 1 -q -o image.png");
     textured(text, sizeof text,
              "        uniform token info:id = \"UsdUVTexture\"\n"

@@ -16,16 +16,28 @@ static CohortScene *empty_scene(void)
     return scene;
 }
 
-// The batch of a render with a limit; 0: refused.
-static uint32_t batch_of(const CohortScene *scene, uint64_t memory, uint32_t batch,
-                         CohortError *err)
+// What a render with a limit makes of it.
+typedef struct Plan {
+    uint32_t batch; // 0: refused
+    uint64_t bins;  // bytes for bins in memory
+} Plan;
+
+static Plan plan_of(const CohortScene *scene, uint64_t memory, uint32_t batch, CohortError *err)
 {
     CohortRenderSettings settings = {
         .width = 16, .height = 16, .memory = memory, .batch = batch, .threads = 1};
     CohortRender *render = cohort_render_create(scene, &settings, err);
-    uint32_t kept = render ? render->settings.batch : 0;
+    Plan plan = {0, 0};
+    if (render)
+        plan = (Plan){render->settings.batch, render->bin_memory};
     cohort_render_destroy(render);
-    return kept;
+    return plan;
+}
+
+static uint32_t batch_of(const CohortScene *scene, uint64_t memory, uint32_t batch,
+                         CohortError *err)
+{
+    return plan_of(scene, memory, batch, err).batch;
 }
 
 static void without_a_limit_nothing_gives_way(void **state)
@@ -84,6 +96,23 @@ static void small_batches_stay(void **state)
     cohort_scene_destroy(scene);
 }
 
+// What batches leave is for bins; without a limit, a part of what the machine has.
+static void bins_get_what_is_left(void **state)
+{
+    (void)state;
+    CohortScene *scene = empty_scene();
+    CohortError err = {0};
+    uint64_t held = co_memory_resident();
+    Plan roomy = plan_of(scene, held + 256 * MB, 256, &err);
+    assert_true(roomy.bins > 200 * MB && roomy.bins < 256 * MB);
+    Plan tight = plan_of(scene, held + 64 * MB, 1 << 22, &err);
+    assert_true(tight.batch < 1 << 22);
+    assert_true(tight.bins < (uint64_t)tight.batch * 1000);
+    Plan unlimited = plan_of(scene, 0, 256, &err);
+    assert_true(unlimited.bins < co_memory_available() || !co_memory_available());
+    cohort_scene_destroy(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -91,6 +120,7 @@ int main(void)
         cmocka_unit_test(the_least_is_named),
         cmocka_unit_test(batches_grow_with_the_limit),
         cmocka_unit_test(small_batches_stay),
+        cmocka_unit_test(bins_get_what_is_left),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

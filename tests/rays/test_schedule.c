@@ -22,7 +22,7 @@ static void batches_then_camera_then_leftovers_then_done(void **state)
     (void)state;
     CohortError err = {0};
     CoRayRecords records;
-    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, NULL, &err);
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, 0, NULL, &err);
     assert_int_equal(co_schedule_next(bins, true, &records, &err), CO_SCHEDULE_CAMERA);
     push(bins, 300, 0);
     push(bins, 290, 1);
@@ -49,7 +49,7 @@ static void failures_end_the_round(void **state)
     (void)state;
     CohortError err = {0};
     CoRayRecords records;
-    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, "/nonexistent", &err);
+    CoRayBins *bins = co_ray_bins_create(256, CO_RAY_WORDS, 1, 0, "/nonexistent", &err);
     push(bins, 3, 0);
     assert_int_equal(co_schedule_next(bins, false, &records, &err), CO_SCHEDULE_FAILED);
     assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);

@@ -86,8 +86,9 @@ typedef struct CohortRenderStats {
     uint64_t weight_overflows, weight_underflows; // of the 36-byte record
     uint64_t batches[6], batches_drained;
     uint32_t ready_depth_peak; // most full batches waiting at once
-    uint64_t bytes_written, bytes_read; // of bins
-    double wait_seconds;                // for a batch to be paged in
+    uint32_t bins_in_memory, bins_on_disk; // most at once
+    uint64_t bytes_written, bytes_read;    // of bins on disk
+    double wait_seconds;                   // for a batch to be paged in
     uint32_t ray_bytes;                 // 36, 40 or 44
     uint64_t groups, top_nodes_grouped, top_nodes_single; // node fetches: by 64-groups; as single rays would
     uint64_t texture_lookups, texture_requests, texture_blocks_read, texture_blocks_twice;
