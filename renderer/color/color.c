@@ -184,6 +184,12 @@ bool co_color_to_rendering(void *cookie, const char *space, float *pixels, size_
     return true;
 }
 
+const char *co_color_space_of_file(void *cookie, const char *path)
+{
+    const CoColor *color = cookie;
+    return color->config ? co_ocio_space_of_file(color->config, path) : NULL;
+}
+
 void co_color_rec709_matrix(const CoColor *color, float out[9])
 {
     // Basis vectors through the real path, so that the matrix is whatever that path is. The cast drops

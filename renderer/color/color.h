@@ -22,6 +22,10 @@ void co_color_destroy(CoColor *color);
 bool co_color_to_rendering(void *color, const char *space, float *pixels, size_t count,
                            CohortError *err);
 
+// The space that the config's file rules give a file of that name, the Default rule aside; NULL when
+// none does. `color` is the CoColor. Fits CoTexturesOptions.space_of_file.
+const char *co_color_space_of_file(void *color, const char *path);
+
 // Row-major 3x3 from linear Rec.709 into the rendering space, and the space's chromaticities
 // (red xy, green xy, blue xy, white xy) for the EXR header.
 void co_color_rec709_matrix(const CoColor *color, float out[9]);

@@ -20,6 +20,7 @@ static bool open_textures(CohortScene *scene, const CohortSceneOptions *options,
                            .ptex_reductions_authored = options->ptex_reductions_authored,
                            .resident_bytes = options->texture_memory,
                            .to_rendering = co_color_to_rendering,
+                           .space_of_file = co_color_space_of_file,
                            .cookie = scene->color,
                            .warn = texture_warn,
                            .warn_cookie = scene};

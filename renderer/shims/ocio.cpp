@@ -198,6 +198,15 @@ bool co_ocio_space_is_data(const CoOcioConfig *config, const char *name)
     });
 }
 
+const char *co_ocio_space_of_file(const CoOcioConfig *config, const char *path)
+{
+    return guarded(nullptr, static_cast<const char *>(nullptr), path, [&] {
+        if (config->config->filepathOnlyMatchesDefaultRule(path))
+            return static_cast<const char *>(nullptr);
+        return co_ocio_space(config, config->config->getColorSpaceFromFilepath(path));
+    });
+}
+
 const char *co_ocio_default_display(const CoOcioConfig *config)
 {
     return config->config->getDefaultDisplay();

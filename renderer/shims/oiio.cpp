@@ -91,6 +91,8 @@ bool describe(const char *path, const OIIO::ImageInput &input, CoOiioInfo *out, 
     copy_text(info.wrap_t, sizeof info.wrap_t,
               spec.get_string_attribute(
                   "wrapT", comma == std::string::npos ? wraps : wraps.substr(comma + 1)));
+    info.has_chromaticities = spec.getattribute(
+        "chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), info.chromaticities);
     *out = info;
     return true;
 }

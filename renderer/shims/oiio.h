@@ -22,6 +22,8 @@ typedef struct CoOiioInfo {
     char format[16];             // OpenImageIO's name: "png", "openexr" ...
     char color_space[64];        // what OpenImageIO makes of the metadata; empty if nothing
     char wrap_s[16], wrap_t[16]; // "black", "clamp", "periodic", "mirror"; empty if not said
+    bool has_chromaticities;
+    float chromaticities[8]; // red, green, blue, white xy, as the file has them
 } CoOiioInfo;
 
 // Reads an image's header. Images of more than 2^28 texels are refused.

@@ -15,6 +15,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <time.h>
 #include <unistd.h>
 
 #define FORMAT_VERSION 1 // raised when converted files change
@@ -256,8 +257,10 @@ bool co_converted_temporary(const char *path, char **out, CohortError *err)
 {
     char name[4200];
     const char *extension = strrchr(path, '.'); // kept: writers choose their format by it
-    int length = snprintf(name, sizeof name, "%.*s-%ld%s", (int)(extension - path), path,
-                          (long)getpid(), extension);
+    struct timespec now; // folders are shared between machines, and a process may have two scenes
+    clock_gettime(CLOCK_REALTIME, &now);
+    int length = snprintf(name, sizeof name, "%.*s-%ld-%09ld%s", (int)(extension - path), path,
+                          (long)getpid(), now.tv_nsec, extension);
     CO_CHECK(length > 0 && (size_t)length < sizeof name, err, COHORT_ERROR_LIMIT,
              "path too long: %s", path);
     *out = co_path_copy(name);

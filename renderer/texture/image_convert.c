@@ -5,12 +5,13 @@
 #include "base/memory.h"
 #include "texture/image_file.h"
 
+#include <math.h>
 #include <string.h>
 #include <strings.h>
 #include <unistd.h>
 
-// True when a PNG says itself that it is sRGB, by a chunk of that name or an ICC profile with a name
-// that begins so. OpenImageIO calls every PNG so.
+// True when a PNG says itself that it is sRGB, by a chunk of that name or an ICC profile with a
+// name that begins so. OpenImageIO calls every PNG so.
 static bool png_is_srgb(const char *path)
 {
     CoMappedFile file;
@@ -30,26 +31,100 @@ static bool png_is_srgb(const char *path)
     return found;
 }
 
-// What a file says of itself when nobody else does.
-static bool holds_data(const char *path, const CoOiioInfo *info)
+typedef enum FileSays {
+    SAYS_NOTHING = 0,
+    SAYS_SRGB,
+    SAYS_LINEAR
+} FileSays;
+
+// What a file says of itself, not what its format makes OpenImageIO think.
+static FileSays file_says(const char *path, const CoOiioInfo *info)
 {
-    bool is_byte_color = info->is_8bit && info->channels >= 3;
-    // What OpenImageIO says of these two is a guess from the format.
     if (strcmp(info->format, "png") == 0)
-        return !is_byte_color && !png_is_srgb(path);
-    if (strcmp(info->format, "jpeg") == 0 || info->color_space[0] == 0)
-        return !is_byte_color;
+        return png_is_srgb(path) ? SAYS_SRGB : SAYS_NOTHING;
+    if (strcmp(info->format, "jpeg") == 0)
+        return SAYS_NOTHING;
     if (strcmp(info->color_space, "sRGB") == 0)
-        return false;
-    return !is_byte_color || strncasecmp(info->color_space, "lin", 3) == 0 ||
-           strncasecmp(info->color_space, "scene_lin", 9) == 0;
+        return SAYS_SRGB;
+    bool is_linear = strncasecmp(info->color_space, "lin", 3) == 0 ||
+                     strncasecmp(info->color_space, "scene_lin", 9) == 0;
+    // Float files without a word are called linear too.
+    return is_linear && info->is_8bit ? SAYS_LINEAR : SAYS_NOTHING;
+}
+
+// Linear spaces by the primaries and white that files give (SMPTE, ITU-R and ACES documents).
+static const struct {
+    const char *space;
+    float xy[8];
+} linear_spaces[] = {
+    {"lin_rec709_scene", {0.640f, 0.330f, 0.300f, 0.600f, 0.150f, 0.060f, 0.3127f, 0.3290f}},
+    {"lin_p3d65_scene", {0.680f, 0.320f, 0.265f, 0.690f, 0.150f, 0.060f, 0.3127f, 0.3290f}},
+    {"lin_rec2020_scene", {0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}},
+    {"lin_adobergb_scene", {0.640f, 0.330f, 0.210f, 0.710f, 0.150f, 0.060f, 0.3127f, 0.3290f}},
+    {"lin_ap0_scene", {0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.0770f, 0.32168f, 0.33767f}},
+    {"lin_ap1_scene", {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f}}};
+
+// Writers round to three digits, or find them by way of a matrix.
+#define SAME_XY 2e-3f
+
+// NULL when they are those of none.
+static const char *space_of_primaries(const float xy[8])
+{
+    for (size_t i = 0; i < sizeof linear_spaces / sizeof *linear_spaces; i++) {
+        bool is_same = true;
+        for (int k = 0; k < 8; k++)
+            is_same = is_same && fabsf(xy[k] - linear_spaces[i].xy[k]) <= SAME_XY;
+        if (is_same)
+            return linear_spaces[i].space;
+    }
+    return NULL;
+}
+
+static CoTextureColor named_color(const CoTexturesOptions *options, const char *space)
+{
+    return (CoTextureColor){
+        .space = space, .is_raw = strcmp(space, "raw") == 0, .options = options};
+}
+
+// Where the desc leaves it to others: false when none has a word for it, and it is raw.
+static bool find_auto(const CoTexturesOptions *options, const CohortTextureDesc *desc,
+                      const char *path, const CoOiioInfo *info, CoTextureColor *out)
+{
+    FileSays says = file_says(path, info);
+    const char *space = says == SAYS_NOTHING && options->space_of_file
+                            ? options->space_of_file(options->cookie, path)
+                            : NULL;
+    bool is_encoded = says == SAYS_SRGB || (info->is_8bit && info->channels >= 3);
+    *out = space ? named_color(options, space)
+                 : co_texture_color(options, desc, says == SAYS_LINEAR || !is_encoded);
+    return space || !out->is_raw;
 }
 
 CoTextureColor co_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                               const char *path, const CoOiioInfo *info)
 {
-    bool is_auto = desc->color_space == COHORT_COLOR_AUTO;
-    return co_texture_color(options, desc, is_auto && holds_data(path, info));
+    CoTextureColor color;
+    if (desc->color_space != COHORT_COLOR_AUTO)
+        return co_texture_color(options, desc, false);
+    find_auto(options, desc, path, info, &color);
+    return color;
+}
+
+CoTextureColor co_light_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
+                                    const char *path, const CoOiioInfo *info, bool *unknown)
+{
+    CoTextureColor color;
+    *unknown = false;
+    // Without a way into the rendering space that is linear Rec.709, and the image with it.
+    if (desc->color_space != COHORT_COLOR_AUTO || !options->to_rendering)
+        return co_image_color(options, desc, path, info);
+    const char *own = info->has_chromaticities ? space_of_primaries(info->chromaticities) : NULL;
+    if (own)
+        return named_color(options, own);
+    if (find_auto(options, desc, path, info, &color))
+        return color;
+    *unknown = info->has_chromaticities;
+    return named_color(options, linear_spaces[0].space);
 }
 
 CohortWrap co_image_wrap(CohortWrap wanted, const char *metadata)

@@ -6,10 +6,17 @@
 #include "shims/oiio.h"
 #include "texture/converted.h"
 
-// The color space of an image: what the desc says; else what the file's metadata say; else sRGB for
-// 8 bits and three or four channels; else raw.
+// The color space of an image: what the desc says; else what the file's metadata say; else what the
+// file rules of the color config say of its name; else sRGB for 8 bits and three or four channels;
+// else raw.
 CoTextureColor co_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                               const char *path, const CoOiioInfo *info);
+
+// The same of an image that is a color whatever it holds, as those of lights are: chromaticities
+// count among its metadata, and where co_image_color says raw because nobody has a word for it, it
+// is linear Rec.709. *unknown: so it is because its chromaticities are of no space known.
+CoTextureColor co_light_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
+                                    const char *path, const CoOiioInfo *info, bool *unknown);
 
 // The wrap mode of an axis: what the desc says, else what the metadata say, else black.
 CohortWrap co_image_wrap(CohortWrap wanted, const char *metadata);

@@ -23,7 +23,9 @@ typedef struct CoTexturesOptions {
     // Threads: may be called by several at once.
     bool (*to_rendering)(void *cookie, const char *space, float *pixels, size_t count,
                          CohortError *err);
-    void *cookie;
+    // What the color config says of a file by its name alone; NULL: nothing, or there is no config.
+    const char *(*space_of_file)(void *cookie, const char *path);
+    void *cookie; // of both
     void (*warn)(void *cookie, const char *place, const char *text);
     void *warn_cookie;
 } CoTexturesOptions;

@@ -460,7 +460,13 @@ bool co_image_read(CoTextures *textures, const CohortTextureDesc *desc, float **
     size_t size;
     if (!co_oiio_info(desc->path, &info, err))
         return false;
-    CoTextureColor color = co_image_color(&textures->options, desc, desc->path, &info);
+    bool unknown;
+    CoTextureColor color =
+        co_light_image_color(&textures->options, desc, desc->path, &info, &unknown);
+    if (unknown)
+        co_textures_warn(textures, desc->asset ? desc->asset : desc->path,
+                         "its chromaticities are those of no color space known: taken as linear "
+                         "Rec.709; colorSpace metadata of the file's attribute names another");
     float *texels = co_image_decode(&color, desc->path, &info, &size, err);
     if (!texels)
         return false;

@@ -121,6 +121,43 @@ static void built_in_space_beside_a_config(void **state)
     co_color_destroy(color);
 }
 
+static void file_rules_speak_but_for_the_default(void **state)
+{
+    (void)state;
+    static const char config[] =
+        "ocio_profile_version: 2\nroles: {scene_linear: lin, default: raw}\nfile_rules:\n"
+        "  - !<Rule> {name: camera, extension: exr, pattern: \"*_cam\", colorspace: film}\n"
+        "  - !<Rule> {name: gone, extension: gone, pattern: \"*\", colorspace: raw}\n"
+        "  - !<Rule> {name: Default, colorspace: default}\n"
+        "displays: {d: [!<View> {name: v, colorspace: raw}]}\ncolorspaces:\n"
+        "  - !<ColorSpace> {name: lin}\n"
+        "  - !<ColorSpace> {name: raw, isdata: true}\n"
+        "  - !<ColorSpace> {name: film, to_scene_reference: !<MatrixTransform> {matrix: "
+        "[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]}}\n";
+    char path[] = "/tmp/cohort-rules-XXXXXX";
+    int file = mkstemp(path);
+    assert_true(write(file, config, sizeof config - 1) == sizeof config - 1);
+    close(file);
+    CohortError err = {0};
+    CoColor *color = co_color_create(path, NULL, &err);
+    unlink(path);
+    if (!color)
+        fail_msg("%s", err.message);
+    const char *space = co_color_space_of_file(color, "/sky/dawn_cam.exr");
+    assert_non_null(space);
+    assert_string_equal(space, "film");
+    float pixel[4] = {1.0f, 0.5f, 0.25f, 1.0f};
+    assert_true(co_color_to_rendering(color, space, pixel, 1, &err));
+    assert_float_equal(pixel[1], 1.0f, 1e-6f);
+    assert_string_equal(co_color_space_of_file(color, "a.gone"), "raw");
+    assert_null(co_color_space_of_file(color, "/sky/dawn.exr"));
+    assert_null(co_color_space_of_file(color, ""));
+    co_color_destroy(color);
+    color = co_color_create(NULL, NULL, &err);
+    assert_null(co_color_space_of_file(color, "/sky/dawn_cam.exr"));
+    co_color_destroy(color);
+}
+
 static void what_does_not_exist_is_named(void **state)
 {
     (void)state;
@@ -148,6 +185,7 @@ int main(void)
         cmocka_unit_test(a_config_gives_its_scene_linear),
         cmocka_unit_test(config_and_built_in_agree),
         cmocka_unit_test(built_in_space_beside_a_config),
+        cmocka_unit_test(file_rules_speak_but_for_the_default),
         cmocka_unit_test(what_does_not_exist_is_named),
     };
     return cmocka_run_group_tests(tests, no_environment, NULL);

@@ -173,7 +173,10 @@ typedef enum CohortWrap {
 } CohortWrap;
 
 typedef enum CohortColorSpace {
-    COHORT_COLOR_AUTO = 0, // the file's metadata, else sRGB for 8-bit RGB(A), else raw
+    // The file's metadata, else the file rules of the OCIO config but for its Default rule, else sRGB
+    // for 8-bit RGB(A), else raw. For an image of a light, chromaticities are metadata and it is linear
+    // Rec.709 instead of raw.
+    COHORT_COLOR_AUTO = 0,
     COHORT_COLOR_RAW,
     COHORT_COLOR_SRGB,
     COHORT_COLOR_NAMED // a color space of the OCIO config, or one of USD's built-in names
