@@ -126,12 +126,18 @@ static inline void visit(Stream *stream, const StreamChild *child)
         spread_nearer(stream);
 }
 
-// Asks for a node or leaf of a mesh.
-static inline __attribute__((always_inline)) void prefetch_child(const CoBvh *bvh, uint32_t ref)
+// Where nodes or leaves of a mesh stand.
+typedef struct Shelf {
+    const char *at;
+    size_t stride;
+} Shelf;
+
+// Asks for a node or leaf of a mesh. Which of them it is cannot be guessed: no branch is taken on it.
+static inline __attribute__((always_inline)) void prefetch_child(const Shelf shelves[2],
+                                                                 uint32_t ref)
 {
-    const char *at = (const char *)&bvh->tree.nodes[ref];
-    if (ref & CO_REF_LEAF)
-        at = (const char *)bvh->leaf_at + (ref & CO_REF_LEAF_PLACE) * bvh->leaf_stride;
+    const Shelf *shelf = &shelves[ref >> 31];
+    const char *at = shelf->at + (ref & CO_REF_LEAF_PLACE) * shelf->stride;
     for (size_t line = 0; line < sizeof(CoWideNode); line += 64) // usual leaves are smaller
         __builtin_prefetch(at + line);
 }
@@ -139,12 +145,12 @@ static inline __attribute__((always_inline)) void prefetch_child(const CoBvh *bv
 // What few rays enter is asked for, and its turn comes when others have been asked for: by then it
 // is there. Puts off a child and takes the one that has waited longest in its place; false when
 // none has waited long enough.
-static inline bool put_off(Stream *stream, StreamChild *child)
+static inline bool put_off(Stream *stream, const Shelf shelves[2], StreamChild *child)
 {
     const uint32_t place = stream->late_next;
     const StreamChild latest = *child;
     const bool is_full = stream->late_count == LATE_PLACES;
-    prefetch_child(stream->walk->bvh, child->ref);
+    prefetch_child(shelves, child->ref);
     if (is_full) {
         *child = stream->late[place];
         child->stale = stream->late_stale[place];
@@ -168,7 +174,13 @@ static inline StreamChild take_late(Stream *stream)
 static void descend_tree(Stream *stream, uint64_t active)
 {
     const uint32_t base = stream->height;
-    const bool waits = stream->walk->bvh != NULL;
+    const CoBvh *bvh = stream->walk->bvh;
+    const bool waits = bvh != NULL;
+    Shelf shelves[2] = {{0}};
+    if (waits) {
+        shelves[0] = (Shelf){(const char *)bvh->tree.nodes, sizeof(CoWideNode)};
+        shelves[1] = (Shelf){(const char *)bvh->leaf_at, bvh->leaf_stride};
+    }
     StreamChild child;
     visit_node(stream, 0, active);
     for (;;) {
@@ -180,7 +192,7 @@ static void descend_tree(Stream *stream, uint64_t active)
             // room.
             if (waits && __builtin_popcountll(child.active) <= LATE_MOST &&
                 stream->height - base <= LATE_STACK &&
-                (!put_off(stream, &child) || !revisit(stream, &child)))
+                (!put_off(stream, shelves, &child) || !revisit(stream, &child)))
                 continue;
         } else if (stream->late_count > 0) {
             child = take_late(stream);

@@ -12,7 +12,6 @@ enum {
     NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 8, // to a leaf, up to which each is tested against all triangles,
     VECTOR_SINGLE_MOST = CO_WIDE_WIDTH > 8 ? 6 : 4, // and to a vector of rays
-    LEAF_NARROW_MOST = 8,  // to a leaf, up to which its triangles are not bounded
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
     LATE_PLACES = 8,       // such that are asked for at a time
@@ -113,9 +112,11 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
     return leaf;
 }
 
-// Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more.
-static inline bool offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear,
-                                 uint32_t pierced, uint32_t path, const LeafHits *hits)
+// Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more. Always inline,
+// as is what tests a ray against a leaf: to spill registers for calls costs as much as the test.
+static inline __attribute__((always_inline)) bool
+offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear, uint32_t pierced,
+              uint32_t path, const LeafHits *hits)
 {
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
@@ -267,8 +268,9 @@ static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *
 }
 
 // Ray j alone against triangles of a leaf.
-static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk,
-                                   const CoTriLeaf *leaf, uint32_t count, uint32_t triangles)
+static inline __attribute__((always_inline)) void
+stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk, const CoTriLeaf *leaf,
+                uint32_t count, uint32_t triangles)
 {
     LeafHits hits;
     Shear shear;
@@ -286,36 +288,42 @@ static inline void stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const W
     rays_settle(rays, j, ray.to);
 }
 
+// Many rays against `triangles` among the first `count` of a leaf, those by vectors that have company
+// along their major axis. Returns the others, and what triangles these may meet.
+static __attribute__((noinline)) uint64_t stream_leaf_many(const StreamAsk *ask, uint64_t active,
+                                                           const CoTriLeaf *leaf, uint32_t count,
+                                                           uint32_t *triangles)
+{
+    Rays *rays = ask->rays;
+    uint64_t others = 0;
+    if (ask->beam->is_safe)
+        *triangles &= beam_leaf(leaf, count, ask->beam, ask->slabs);
+    const uint32_t left = (uint32_t)__builtin_popcount(*triangles);
+    for (uint32_t axis = 0; axis < 3 && left; axis++) {
+        uint64_t along = active & rays->along[axis];
+        for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
+            uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
+            if (__builtin_popcount(bits) <= VECTOR_SINGLE_MOST) {
+                others |= (uint64_t)bits << j;
+                continue;
+            }
+            ask->group->stats->triangles += left * (uint32_t)__builtin_popcount(bits);
+            stream_leaf_vector(ask->group, rays, ask->slabs, j, bits, axis, ask->walk, leaf,
+                               *triangles);
+        }
+    }
+    return others;
+}
+
 // Rays `active` against `triangles` among the first `count` of a leaf.
 static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const CoTriLeaf *leaf,
                                     uint32_t count, uint32_t triangles)
 {
-    Group *group = ask->group;
-    Rays *rays = ask->rays;
-    if (__builtin_popcountll(active) <= LEAF_SINGLE_MOST) {
-        for (; active; active &= active - 1)
-            stream_leaf_ray(group, rays, (uint32_t)__builtin_ctzll(active), ask->walk, leaf, count,
-                            triangles);
-        return;
-    }
-    if (__builtin_popcountll(active) > LEAF_NARROW_MOST && ask->beam->is_safe)
-        triangles &= beam_leaf(leaf, count, ask->beam, ask->slabs);
-    uint32_t left = (uint32_t)__builtin_popcount(triangles);
-    for (uint32_t axis = 0; axis < 3 && triangles; axis++) {
-        uint64_t along = active & rays->along[axis];
-        for (uint32_t j = 0; next_vector(along, &j); j += CO_WIDE_WIDTH) {
-            uint32_t bits = (uint32_t)(along >> j & WIDE_MASK);
-            if (__builtin_popcount(bits) > VECTOR_SINGLE_MOST) {
-                group->stats->triangles += left * (uint32_t)__builtin_popcount(bits);
-                stream_leaf_vector(group, rays, ask->slabs, j, bits, axis, ask->walk, leaf,
-                                   triangles);
-                continue;
-            }
-            for (; bits; bits &= bits - 1)
-                stream_leaf_ray(group, rays, j + (uint32_t)__builtin_ctz(bits), ask->walk, leaf,
-                                count, triangles);
-        }
-    }
+    if (__builtin_popcountll(active) > LEAF_SINGLE_MOST)
+        active = stream_leaf_many(ask, active, leaf, count, &triangles);
+    for (; active; active &= active - 1)
+        stream_leaf_ray(ask->group, ask->rays, (uint32_t)__builtin_ctzll(active), ask->walk, leaf,
+                        count, triangles);
 }
 
 #include "accel/kernels/grid_stream.h"
