@@ -9,11 +9,12 @@
 
 #include <stdio.h>
 
-static bool flatten(const char *in, const char *out, const CohortStageOptions *options,
-                    CohortError *err)
+static bool flatten(const char *in, const char *out, const StageOptions *which,
+                    const CohortStageOptions *options, Messages *messages, CohortError *err)
 {
     CohortStage *stage = cohort_stage_open(in, options, err);
-    bool ok = stage && stage_options_check(options, stage, err) && cohort_stage_flatten(stage, out, err);
+    bool ok = stage && stage_options_check(which, options, stage, messages, err) &&
+              cohort_stage_flatten(stage, out, err);
     cohort_stage_destroy(stage);
     return ok;
 }
@@ -47,7 +48,7 @@ int command_cat(int argc, char **argv)
     Messages messages = {0};
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};
     stage_options_apply(&which, &options);
-    bool ok = is_flat ? flatten(argv[first], out, &options, &err)
+    bool ok = is_flat ? flatten(argv[first], out, &which, &options, &messages, &err)
                       : cohort_layer_cat(argv[first], out, &options, &err);
     messages_end(&messages, &err);
     if (ok)

@@ -206,17 +206,19 @@ static void check_stage(Check *check)
                     "there are cameras but no light: the picture will be black");
 }
 
-static bool check_path(Check *check, const char *path, const CohortStageOptions *stage,
-                       CohortError *err)
+static bool check_path(Check *check, const char *path, StageOptions *which, CohortError *err)
 {
-    CohortAdapterOptions options = {.stage = *stage, .inspect = true};
+    Messages messages = {0};
+    CohortAdapterOptions options = {.inspect = true};
+    stage_options_apply(which, &options.stage);
     options.stage.report = report;
     options.stage.cookie = check;
     CohortDelegate *delegate = cohort_delegate_create(err);
     CohortRenderIndex *index = delegate ? cohort_render_index_create(delegate, err) : NULL;
     CohortAdapter *adapter = index ? cohort_adapter_open(delegate, path, &options, err) : NULL;
     bool is_read =
-        adapter && stage_options_check(stage, cohort_adapter_stage(adapter), err);
+        adapter &&
+        stage_options_check(which, &options.stage, cohort_adapter_stage(adapter), &messages, err);
     if (is_read) {
         // The stage may be sound and yet nothing that can be rendered.
         CohortError why = {0};
@@ -244,11 +246,9 @@ typedef struct CheckOptions {
 static int run(const char *path, CheckOptions *options)
 {
     Check check = {0};
-    CohortStageOptions stage = {0};
-    stage_options_apply(&options->which, &stage);
     CohortError err = {0};
     char text[2 * sizeof err.message];
-    bool is_read = check_path(&check, path, &stage, &err), is_limit = err.code == COHORT_ERROR_LIMIT;
+    bool is_read = check_path(&check, path, &options->which, &err), is_limit = err.code == COHORT_ERROR_LIMIT;
     if (err.code == COHORT_ERROR_ARGUMENT) {
         print_failure("error", &err);
         findings_clear(&check.findings);

@@ -255,6 +255,18 @@ static void say_what_noise_is_left(const RenderRun *run, const CohortRenderStats
                 stats->mean_error, o->noise);
 }
 
+// NULL: none, which --resume allows, so that one command line begins and goes on.
+static const char *film_to_resume(const RenderRun *run)
+{
+    if (!run->options.resume || !run->film[0])
+        return NULL;
+    if (access(run->film, F_OK) == 0)
+        return run->film;
+    if (!run->options.is_quiet)
+        fprintf(stderr, "cohort: there is no %s to resume: the render begins anew\n", run->film);
+    return NULL;
+}
+
 static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError *err)
 {
     double start = render_now();
@@ -266,8 +278,7 @@ static bool begin(RenderRun *run, size_t frame, FilmKeeper *keeper, CohortError 
     CohortRenderPassState state = cohort_adapter_pass_state(run->adapter);
     state.bindings = run->buffers.bindings;
     state.binding_count = run->buffers.count;
-    if (run->options.resume && run->film[0] && access(run->film, F_OK) == 0)
-        state.resume_file = run->film;
+    state.resume_file = film_to_resume(run);
     cohort_delegate_set_round_callback(run->delegate, keep_film, keeper);
     bool ok = cohort_render_pass_execute(run->pass, &state, err);
     is_loading = 0;

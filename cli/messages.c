@@ -75,15 +75,39 @@ static void print_entry(const CohortReportEntry *e, size_t prims)
     fprintf(stderr, ": %s\n", e->action);
 }
 
-static void print_report(const CohortReportEntry *entries, size_t count, bool is_verbose)
+// A file that cannot be read is missed by each prim that names it, and by the renderer, once.
+static bool is_missing(const CohortReportEntry *e, const CohortDiagnostic *w)
+{
+    return !strcmp(e->name, "inputs:file") && e->value[0] && !strcmp(e->value, w->place);
+}
+
+static bool is_warned_of(const CohortReportEntry *e, const CohortDiagnostic *warnings, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (is_missing(e, &warnings[i]))
+            return true;
+    return false;
+}
+
+static bool is_reported(const CohortDiagnostic *w, const CohortReportEntry *entries, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (is_missing(&entries[i], w))
+            return true;
+    return false;
+}
+
+static void print_report(const CohortReportEntry *entries, size_t count,
+                         const CohortDiagnostic *warnings, size_t warning_count, bool is_verbose)
 {
     CohortReportEntry *sorted = count ? malloc(count * sizeof *sorted) : NULL;
     if (!sorted)
         return;
-    // What composition lost was said when it was met.
+    // What composition lost was said when it was met; files are named one by one below.
     size_t kept = 0, lines = 0, hidden = 0;
     for (size_t i = 0; i < count; i++)
-        if (strcmp(entries[i].name, "composition"))
+        if (strcmp(entries[i].name, "composition") &&
+            (is_verbose || !is_warned_of(&entries[i], warnings, warning_count)))
             sorted[kept++] = entries[i];
     qsort(sorted, kept, sizeof *sorted, compare_groups);
     for (size_t i = 0, end; i < kept; i = end) {
@@ -102,13 +126,15 @@ void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *ind
                           bool is_verbose)
 {
     const CohortReportEntry *entries;
-    size_t count = cohort_delegate_report(delegate, &entries);
-    print_report(entries, count, is_verbose);
+    size_t entry_count = cohort_delegate_report(delegate, &entries);
     const CohortDiagnostic *warnings;
-    count = cohort_render_index_warnings(index, &warnings);
+    size_t count = cohort_render_index_warnings(index, &warnings);
+    print_report(entries, entry_count, warnings, count, is_verbose);
     for (size_t i = 0; i < count; i++) {
         const CohortDiagnostic *w = &warnings[i];
-        if (!strcmp(w->place, COHORT_ENV_PATH)) // that is the error which ends the render
+        // That of --env is the error which ends the render.
+        if (!strcmp(w->place, COHORT_ENV_PATH) ||
+            (is_verbose && is_reported(w, entries, entry_count)))
             continue;
         fprintf(stderr, "cohort: %s%swarning: %s", w->place, w->place[0] ? ": " : "", w->text);
         if (w->count > 1)

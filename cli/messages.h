@@ -19,7 +19,8 @@ void messages_report(void *cookie, CohortSeverity severity, const char *file, ui
 // Prints what is still held back, and the failure that ended the command, if any.
 void messages_end(Messages *messages, const CohortError *err);
 
-// Prints what was not honored, equal things of many prims on one line, and the renderer's warnings.
+// Prints what was not honored, equal things of many prims on one line, and the renderer's warnings. A
+// file that cannot be read is one line; verbose, one of each prim that names it.
 void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index,
                           bool is_verbose);
 

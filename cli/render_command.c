@@ -85,7 +85,8 @@ static bool open_stage(RenderRun *run, CohortError *err)
     }
     run->adapter = cohort_adapter_open(run->delegate, run->stage_path, &options, err);
     if (!run->adapter ||
-        !stage_options_check(&options.stage, cohort_adapter_stage(run->adapter), err) ||
+        !stage_options_check(&o->part, &options.stage, cohort_adapter_stage(run->adapter),
+                             &run->messages, err) ||
         !check_variants(run, err) || !cohort_adapter_populate(run->adapter, err))
         return false;
     cohort_adapter_settings(run->adapter, &run->resolved);

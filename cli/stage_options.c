@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static CohortPaths paths_of(const OptionList *list)
 {
@@ -30,6 +31,7 @@ static void add_environment(StageOptions *o)
 
 void stage_options_apply(StageOptions *o, CohortStageOptions *out)
 {
+    o->search_path_flags = o->search_paths.count;
     add_environment(o);
     out->mask = paths_of(&o->masks);
     out->muted = paths_of(&o->mutes);
@@ -48,7 +50,37 @@ bool stage_options_compose(const StageOptions *o)
            o->search_paths.count || o->session || o->no_payloads;
 }
 
-bool stage_options_check(const CohortStageOptions *options, const CohortStage *stage, CohortError *err)
+static bool is_repeated(const OptionList *list, size_t i)
+{
+    for (size_t k = 0; k < i; k++)
+        if (!strcmp(list->items[k], list->items[i]))
+            return true;
+    return false;
+}
+
+static void warn(Messages *messages, const char *option, const char *value, const char *text)
+{
+    char line[512];
+    snprintf(line, sizeof line, "%s %.300s: %s", option, value, text);
+    messages_report(messages, COHORT_SEVERITY_WARNING, "", 0, 0, "", line);
+}
+
+static void warn_of_slips(const StageOptions *o, const CohortStage *stage, Messages *messages)
+{
+    for (size_t i = 0; i < o->mutes.count; i++)
+        if (!cohort_stage_met_muted(stage, i) && !is_repeated(&o->mutes, i))
+            warn(messages, "--mute", o->mutes.items[i],
+                 "the stage leads to no such layer (relative paths begin at the current folder)");
+    for (size_t i = 0; i < o->search_path_flags; i++) {
+        struct stat info;
+        const char *path = o->search_paths.items[i];
+        if ((stat(path, &info) || !S_ISDIR(info.st_mode)) && !is_repeated(&o->search_paths, i))
+            warn(messages, "--search-path", path, "there is no such folder");
+    }
+}
+
+bool stage_options_check(const StageOptions *o, const CohortStageOptions *options,
+                         const CohortStage *stage, Messages *messages, CohortError *err)
 {
     const struct {
         const char *option;
@@ -60,6 +92,7 @@ bool stage_options_check(const CohortStageOptions *options, const CohortStage *s
             if (!cohort_stage_prim(stage, lists[i].prims->items[k]))
                 return fail(err, COHORT_ERROR_ARGUMENT, "%s %.150s: there is no such prim",
                             lists[i].option, lists[i].prims->items[k]);
+    warn_of_slips(o, stage, messages);
     return true;
 }
 

@@ -4,6 +4,7 @@
 #define COHORT_CLI_STAGE_OPTIONS_H
 
 #include "cohort/usda.h"
+#include "messages.h"
 #include "options.h"
 
 typedef struct StageOptions {
@@ -11,7 +12,8 @@ typedef struct StageOptions {
     const char *session;
     bool no_payloads;
     int64_t max_prims; // 0: the default
-    char environment[4096]; // the search paths of PXR_AR_DEFAULT_SEARCH_PATH, cut apart
+    size_t search_path_flags; // of search_paths, those that were given as flags
+    char environment[4096];   // the search paths of PXR_AR_DEFAULT_SEARCH_PATH, cut apart
 } StageOptions;
 
 // Rows for an options table; `o` is a StageOptions.
@@ -28,8 +30,8 @@ typedef struct StageOptions {
     {"unload", 0, OPTION_LIST, &(o).unloads, 0, 0, "PRIM", NULL, \
      "leave out the payloads at and below this prim; may be given again"}, \
     {"search-path", 0, OPTION_LIST, &(o).search_paths, 0, 0, "FOLDER", NULL, \
-     "where assets are looked for that lie not beside their layer; before those of " \
-     "PXR_AR_DEFAULT_SEARCH_PATH; may be given again"}, \
+     "where assets are looked for that lie not beside their layer, before the " \
+     "folders of $PXR_AR_DEFAULT_SEARCH_PATH; may be given again"}, \
     {"max-prims", 0, OPTION_INT, &(o).max_prims, 1, 1e12, "N", NULL, \
      "refuse a stage with more prims (5000000)"}
 
@@ -40,8 +42,10 @@ void stage_options_apply(StageOptions *o, CohortStageOptions *out);
 bool stage_options_compose(const StageOptions *o);
 
 // Refuses prims that are named in them and are not in the stage that was opened with them: a slip, by which
-// all or nothing would be left out without a word.
-bool stage_options_check(const CohortStageOptions *options, const CohortStage *stage, CohortError *err);
+// all or nothing would be left out without a word. Layers to mute that the stage does not have, and search
+// paths that are no folders, are warnings: they may be right for other stages.
+bool stage_options_check(const StageOptions *o, const CohortStageOptions *options,
+                         const CohortStage *stage, Messages *messages, CohortError *err);
 
 // An error's text as the user knows its options: by their flags, not as members of a struct.
 const char *stage_options_in_flags(const char *text, char *out, size_t size);

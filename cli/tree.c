@@ -106,7 +106,7 @@ int command_tree(int argc, char **argv)
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};
     stage_options_apply(&which, &options);
     CohortStage *stage = cohort_stage_open(argv[first], &options, &err);
-    bool ok = stage && stage_options_check(&options, stage, &err);
+    bool ok = stage && stage_options_check(&which, &options, stage, &messages, &err);
     messages_end(&messages, &err);
     if (!ok) {
         cohort_stage_destroy(stage);

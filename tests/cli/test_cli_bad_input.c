@@ -119,6 +119,10 @@ static void textures(void **state)
              "        asset inputs:file = @none.png@\n        float3 outputs:rgb\n");
     run_stage(&ran, text, "--headlight");
     assert_rendered(&ran, "none.png");
+    assert_int_equal(line_count(ran.err), 2); // and that it was written
+    run_stage(&ran, text, "--headlight -v");
+    assert_rendered(&ran, "</M/T> inputs:file = none.png");
+    assert_int_equal(line_count(ran.err), 2);
     write_text("garbage.png", "\x89PNG\r\n\x1a\nrubbish");
     textured(text, sizeof text,
              "        uniform token info:id = \"UsdUVTexture\"\n"

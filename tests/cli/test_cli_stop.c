@@ -163,8 +163,10 @@ static void resume_without_a_film_begins(void **state)
     Ran ran;
     remove_outputs();
     command_run(&ran, "render stage.usda -o x.exr --spp 1 --resume");
-    assert_int_equal(ran.code, 0);
+    assert_ran(&ran, 0, "there is no x.exr.film to resume: the render begins anew");
     assert_true(file_exists("x.exr"));
+    command_run(&ran, "render stage.usda -q -o x.exr --spp 1 --resume");
+    assert_string_equal(ran.err, "");
 }
 
 // A picture that cannot be written at the end leaves the film to go on from.

@@ -201,6 +201,31 @@ static void parts_that_are_not_there(void **state)
     assert_null(strstr(ran.out, "SphereLight"));
 }
 
+// Layers and folders may be right for other stages: one warning says that they change nothing here.
+static void layers_and_folders_that_are_not_there(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {"render stage.usda -o x.exr --spp 1",
+                                           "cat stage.usda --flatten", "tree stage.usda",
+                                           "check stage.usda"};
+    Ran plain, ran;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        command_run(&plain, "%s", commands[i]);
+        command_run(&ran,
+                    "%s --mute moon.usda --search-path /nonexistent --mute moon.usda --search-path .",
+                    commands[i]);
+        assert_ran(&ran, plain.code, "warning: --mute moon.usda: ");
+        assert_ran(&ran, plain.code, "warning: --search-path /nonexistent: ");
+        assert_int_equal(line_count(ran.err), line_count(plain.err) + 2);
+    }
+    write_text("part.usda", "#usda 1.0\ndef Cube \"C\"\n{\n}\n");
+    write_text("whole.usda", "#usda 1.0\n(\n    subLayers = [@./part.usda@]\n)\n");
+    command_run(&ran, "tree whole.usda --mute part.usda");
+    assert_int_equal(ran.code, 0);
+    assert_string_equal(ran.err, "");
+    assert_null(strstr(ran.out, "Cube"));
+}
+
 static void cat_writes_what_it_reads(void **state)
 {
     (void)state;
@@ -231,6 +256,7 @@ int main(void)
         cmocka_unit_test(bytes_by_any_name),
         cmocka_unit_test(refusals_of_cat_and_diff),
         cmocka_unit_test(parts_that_are_not_there),
+        cmocka_unit_test(layers_and_folders_that_are_not_there),
         cmocka_unit_test(cat_writes_what_it_reads),
     };
     return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);

@@ -139,6 +139,7 @@ typedef struct CoComposer {
     CoFieldNames names;
     CoPathList loads, unloads, mask; // of the options (population.h)
     const char **muted;              // tokens
+    bool *muted_met;                 // which of them something led to
     const struct CoComposer *donor;  // of a stage whose layers may be shared; NULL: none
     CoLayerFile **files;
     size_t file_count, file_capacity;

@@ -59,6 +59,7 @@ bool co_population_init(CoComposer *c, CohortError *err)
     copy_choices(c, o);
     o->session = copy_text(c, o->session);
     c->muted = co_composer_array(c, o->muted.count, sizeof *c->muted);
+    c->muted_met = co_composer_array(c, o->muted.count, sizeof *c->muted_met);
     for (size_t i = 0; i < o->muted.count; i++)
         c->muted[i] = o->muted.items[i] ? co_asset_anchor(c, NULL, o->muted.items[i]) : NULL;
     return read_prims(c, &o->loads, &c->loads, "load", err) &&
@@ -69,10 +70,13 @@ bool co_population_init(CoComposer *c, CohortError *err)
 // ---- What is in ---------------------------------------------------------------------------------
 bool co_composer_is_muted(CoComposer *c, const char *path)
 {
-    for (size_t i = 0; i < c->options.muted.count; i++)
-        if (c->muted[i] == path)
-            return true;
-    return false;
+    bool is_muted = false;
+    for (size_t i = 0; i < c->options.muted.count; i++) {
+        if (c->muted[i] != path)
+            continue;
+        c->muted_met[i] = is_muted = true;
+    }
+    return is_muted;
 }
 
 static bool is_whole(const CoComposer *c, const CoPath *path)

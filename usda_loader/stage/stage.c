@@ -180,6 +180,11 @@ const char *cohort_stage_layer(const CohortStage *stage, size_t i)
     return NULL;
 }
 
+bool cohort_stage_met_muted(const CohortStage *stage, size_t i)
+{
+    return i < stage->composer.options.muted.count && stage->composer.muted_met[i];
+}
+
 static void note_earliest(const CohortPrim *prim, double *earliest, const CoFieldNames *names)
 {
     for (uint32_t i = 0; i < prim->data->opinion_count; i++) {

@@ -86,15 +86,18 @@ static void a_session_layer_is_the_strongest(void **state)
 static void muted_layers_say_nothing(void **state)
 {
     (void)state;
-    static const char *const muted[] = {"/mem/sub.usda", "/mem/thing.usda", "/mem/shop.usda"};
+    static const char *const muted[] = {"/mem/sub.usda", "/mem/thing.usda", "/mem/shop.usda",
+                                        "/mem/absent.usda"};
     MemoryFiles files = FILES(shop);
     Reports reports = {0};
-    CohortStageOptions options = {.muted = {muted, 3}};
+    CohortStageOptions options = {.muted = {muted, 4}};
     CohortStage *stage = memory_stage(&files, &options, &reports);
     assert_int_equal(files.opened, 1);
     assert_true(number(stage, "x") == 1 && number(stage, "y") == -1);
     assert_false(has(stage, "/World/A/Leaf"));
     assert_true(test_was_reported(&reports, "/World/A", "muted"));
+    for (size_t i = 0; i < 5; i++) // the root layer is never muted
+        assert_int_equal(cohort_stage_met_muted(stage, i), i < 2);
     cohort_stage_destroy(stage);
 }
 

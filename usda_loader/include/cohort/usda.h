@@ -255,6 +255,10 @@ void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out);
 // Path of a layer used, i < layer_count; the root layer is 0.
 const char *cohort_stage_layer(const CohortStage *stage, size_t i);
 
+// Whether anything in the stage led to the layer that options.muted.items[i] names; else muting it has
+// changed nothing.
+bool cohort_stage_met_muted(const CohortStage *stage, size_t i);
+
 // Earliest time at which anything is sampled, or the start time code; false if nothing varies and
 // no range is authored.
 bool cohort_stage_earliest_time(const CohortStage *stage, double *out);
