@@ -118,7 +118,7 @@ static inline float float_max(float a, float b)
 static inline bool slab_box(const Ray *ray, float pad, CoFour lo, CoFour hi, float *from, float *to)
 {
     CoFour own = co_four_abs(ray->org) * 0x1p-23f;
-    CoFour shift = co_four_copysign(own + pad, ray->dir);
+    CoFour shift = co_four_copysign(own + pad, ray->inv);
     CoFourBits is_negative = ray->inv < co_four_set1(0.0f);
     CoFour near = (co_four_select(is_negative, hi, lo) - (ray->org + shift)) * ray->inv;
     CoFour far = (co_four_select(is_negative, lo, hi) - (ray->org - shift)) * ray->inv;

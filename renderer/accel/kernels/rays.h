@@ -18,11 +18,13 @@ typedef struct Rays {
     float near_c[3][CO_RAYS_ROOM], far_c[3][CO_RAYS_ROOM]; // of a node's slabs
     // Of the nodes of meshes that stand in a group as they are, where others do not.
     float near_tight[3][CO_RAYS_ROOM], far_tight[3][CO_RAYS_ROOM];
-    float pad[CO_RAYS_ROOM];                            // of the canonical slabs
-    float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM];      // of the instances' boxes on the way here
-    float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];         // where hits may lie, as far as is known
-    float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM]; // see triangle.h
-    uint8_t slot[CO_GROUP_RAYS];                        // which ray of the group
+    float pad[CO_RAYS_ROOM];                       // of the canonical slabs
+    float placed_pad[CO_RAYS_ROOM];                // the same, of the mesh in place that is walked
+    float entry[CO_RAYS_ROOM], exit[CO_RAYS_ROOM]; // of the instances' boxes on the way here
+    float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];    // where hits may lie, as far as is known
+    float shear_org[3][CO_RAYS_ROOM];              // what a triangle test takes, see triangle.h
+    float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM], shear_z[CO_RAYS_ROOM];
+    uint8_t slot[CO_GROUP_RAYS];  // which ray of the group
     uint8_t outer[CO_GROUP_RAYS]; // its place among the rays it was taken from
     uint64_t negative[3];         // rays whose direction is, by axis
     uint64_t along[3];            // rays by major axis
@@ -109,8 +111,9 @@ static inline uint32_t prepare_axis(Rays *rays, int k, uint32_t j, CoWide org, C
     return ~co_wide_bits(is_safe) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
 
-// Slopes of the ray along its major axis, by what the triangle test calls x and y.
-static inline void prepare_shear(Rays *rays, uint32_t j, const CoWide dir[3])
+// Slopes of the ray along its major axis and its origin, by what the triangle test calls x, y and
+// z.
+static inline void prepare_shear(Rays *rays, uint32_t j, const CoWide org[3], const CoWide dir[3])
 {
     CoWide ax = co_wide_abs(dir[0]), ay = co_wide_abs(dir[1]), az = co_wide_abs(dir[2]);
     CoWideMask x_over_y = co_wide_lt(ay, ax), y_over_z = co_wide_lt(az, ay);
@@ -123,6 +126,13 @@ static inline void prepare_shear(Rays *rays, uint32_t j, const CoWide dir[3])
     z = co_wide_select(x_first, dir[0], z);
     x = co_wide_select(x_first, dir[1], x);
     y = co_wide_select(x_first, dir[2], y);
+    CoWide inv = co_wide_load(rays->inv[2] + j);
+    inv = co_wide_select(y_over_z, co_wide_load(rays->inv[1] + j), inv);
+    co_wide_store(rays->shear_z + j, co_wide_select(x_first, co_wide_load(rays->inv[0] + j), inv));
+    for (int k = 0; k < 3; k++) {
+        CoWide a = co_wide_select(y_over_z, org[(k + 2) % 3], org[k]);
+        co_wide_store(rays->shear_org[k] + j, co_wide_select(x_first, org[(k + 1) % 3], a));
+    }
     co_wide_store(rays->shear_x + j, co_wide_div(x, z));
     co_wide_store(rays->shear_y + j, co_wide_div(y, z));
     rays->along[0] |= (uint64_t)is_x << j;
@@ -178,7 +188,7 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
         rays->huge |= (uint64_t)huge << j;
         for (int k = 0; k < 3; k++)
             rays->signed_zero |= (uint64_t)(negative_zeros(org[k]) | negative_zeros(dir[k])) << j;
-        prepare_shear(rays, j, dir);
+        prepare_shear(rays, j, org, dir);
         CoWide unfit = co_wide_set1(-INFINITE);
         co_wide_store(rays->exit + j, co_wide_select(is_fit, co_wide_load(rays->exit + j), unfit));
         co_wide_store(rays->to + j, co_wide_select(is_fit, co_wide_load(rays->to + j), unfit));
@@ -232,13 +242,11 @@ static inline void rays_single(const Rays *rays, uint32_t j, Ray *out)
 }
 
 // Of ray j what offering it a triangle takes, and nothing else.
-static inline void rays_clamping(const Rays *rays, uint32_t j, Ray *out)
+static inline void rays_clamping(const Rays *rays, uint32_t j, bool is_placed, Ray *out)
 {
     out->org = (CoFour){rays->org[0][j], rays->org[1][j], rays->org[2][j], 0.0f};
-    out->dir = (CoFour){rays->dir[0][j], rays->dir[1][j], rays->dir[2][j], 0.0f};
     out->inv = (CoFour){rays->inv[0][j], rays->inv[1][j], rays->inv[2][j], 0.0f};
-    out->padded_for = NULL;
-    out->pad = rays->pad[j];
+    out->pad = is_placed ? rays->placed_pad[j] : rays->pad[j];
     out->entry = rays->entry[j];
     out->exit = rays->exit[j];
     out->to = rays->to[j];
@@ -252,10 +260,10 @@ static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
     *out = (Shear){x,
                    y,
                    z,
-                   {rays->org[x][j], rays->org[y][j], rays->org[z][j]},
+                   {rays->shear_org[0][j], rays->shear_org[1][j], rays->shear_org[2][j]},
                    rays->shear_x[j],
                    rays->shear_y[j],
-                   rays->inv[z][j]};
+                   rays->shear_z[j]};
 }
 
 // Where it ends now.

@@ -6,21 +6,16 @@
 #ifndef CO_ACCEL_KERNELS_TOGETHER_H
 #define CO_ACCEL_KERNELS_TOGETHER_H
 
-// A node some of whose children are still to be visited.
-typedef struct StreamFrame {
-    StreamNode found;
-    const CoWideNode *node;
-    uint64_t nearer;  // rays that have come to end nearer since the children were tested
-    uint64_t bounded; // rays of which only bounds were
-} StreamFrame;
-
 // A child to be visited, by the rays that entered it.
 typedef struct StreamChild {
     uint64_t active;
-    uint64_t stale; // those that may not enter it any more, and others
+    uint64_t nearer; // rays that have come to end nearer since it was tested
     const CoWideNode *node;
-    uint32_t place, ref;
+    uint32_t place; // among its children; BOUNDED: only bounds of the rays were tested
+    uint32_t ref;
 } StreamChild;
+
+#define BOUNDED ((uint32_t)CO_NODE_WIDTH)
 
 // A walk of rays whose directions have the same signs.
 typedef struct Stream {
@@ -32,9 +27,9 @@ typedef struct Stream {
     uint32_t height;
     uint32_t late_next, late_count;
     StreamChild late[LATE_PLACES]; // a ring
-    uint64_t late_stale[LATE_PLACES];
-    // Two trees deep: of the group and of a mesh that stands in it as it is.
-    StreamFrame stack[LATE_STACK + 2 * CO_TREE_DEPTH_MAX + 2];
+    uint64_t late_nearer[LATE_PLACES];
+    // Two trees deep: of the group and of a mesh that stands in it as it is. The first is no child.
+    StreamChild stack[1 + LATE_STACK + 2 * CO_STACK_SIZE];
 } Stream;
 
 static void trace_instance(Stream *stream, uint64_t active, uint32_t index);
@@ -44,10 +39,9 @@ static inline void spread_nearer(Stream *stream)
 {
     uint64_t nearer = stream->rays->nearer;
     stream->rays->nearer = 0;
-    if (stream->height > 0)
-        stream->stack[stream->height - 1].nearer |= nearer;
+    stream->stack[stream->height].nearer |= nearer;
     for (uint32_t i = 0; i < LATE_PLACES; i++)
-        stream->late_stale[i] |= nearer;
+        stream->late_nearer[i] |= nearer;
 }
 
 // Asks for the instances among the children that are entered.
@@ -61,52 +55,48 @@ prefetch_placed(const CoTop *top, const CoWideNode *node, uint32_t bits)
     }
 }
 
-// A node's children are tested once for all rays while they are many, and then, when their turn
-// comes, ray by ray; for few rays at once.
+// Puts the children that rays enter on the stack, the nearest last. They are tested once for all
+// rays while these are many, and then, when their turn comes, ray by ray; for few rays at once.
 static inline void visit_node(Stream *stream, uint32_t ref, uint64_t active)
 {
     const CoWideNode *node = &stream->walk->tree->nodes[ref];
-    StreamFrame *frame = &stream->stack[stream->height];
-    uint32_t most = (uint32_t)__builtin_popcountll(active);
-    frame->node = node;
-    frame->nearer = frame->bounded = 0;
+    StreamNode found;
+    uint32_t most = (uint32_t)__builtin_popcountll(active), bounded = 0;
     if (most > NARROW_MOST && stream->beam.is_safe) {
-        frame->bounded = active;
-        beam_node(node, &stream->beam, &stream->slabs, active, &frame->found);
+        bounded = BOUNDED;
+        beam_node(node, &stream->beam, &stream->slabs, active, &found);
     } else {
-        stream_node(node, stream->rays, &stream->slabs, active, &frame->found);
+        stream_node(node, stream->rays, &stream->slabs, active, &found);
     }
-    stream->height += frame->found.bits != 0;
     if (!stream->walk->bvh)
-        prefetch_placed(stream->walk->object->top, node, frame->found.bits);
+        prefetch_placed(stream->walk->object->top, node, found.bits);
     count_nodes(stream->group, stream->walk, 1, most);
+    stream->height += (uint32_t)__builtin_popcount(found.bits);
+    StreamChild *child = &stream->stack[stream->height];
+    for (; found.bits; found.bits &= found.bits - 1) {
+        uint32_t place = co_take_least(found.order) & (CO_NODE_WIDTH - 1u);
+        *child-- = (StreamChild){found.active[place], 0, node, place | bounded, node->child[place]};
+    }
 }
 
-// Takes the nearest child of the uppermost node off the stack.
+// Takes the nearest child that was found last off the stack.
 static inline StreamChild take_child(Stream *stream)
 {
-    StreamFrame *frame = &stream->stack[stream->height - 1];
-    uint32_t taken = co_take_least(frame->found.order), place = taken & 7u;
-    StreamChild child = {.active = frame->found.active[place],
-                         .stale = frame->bounded | frame->nearer,
-                         .node = frame->node,
-                         .place = place,
-                         .ref = frame->node->child[place]};
-    if (taken >> 16 != NOWHERE)
-        return child;
-    if (--stream->height > 0)
-        frame[-1].nearer |= frame->nearer;
-    return child;
+    StreamChild *child = &stream->stack[stream->height--];
+    child[-1].nearer |= child->nearer;
+    return *child;
 }
 
-// Drops rays that do not enter a child any more. False when none is left.
+// Drops rays that do not enter a child, or not any more. False when none is left.
 static inline bool revisit(const Stream *stream, StreamChild *child)
 {
+    const uint64_t stale = child->place & BOUNDED ? ~0ull : child->nearer;
+    child->place &= ~BOUNDED;
+    child->nearer = 0;
     child->active &= ~stream->rays->done;
-    uint64_t stale = child->active & child->stale;
-    if (stale)
-        child->active &=
-            ~stale | stream_child(child->node, child->place, stream->rays, &stream->slabs, stale);
+    if (child->active & stale)
+        child->active &= ~stale | stream_child(child->node, child->place, stream->rays,
+                                               &stream->slabs, child->active & stale);
     return child->active != 0;
 }
 
@@ -132,7 +122,8 @@ typedef struct Shelf {
     size_t stride;
 } Shelf;
 
-// Asks for a node or leaf of a mesh. Which of them it is cannot be guessed: no branch is taken on it.
+// Asks for a node or leaf of a mesh. Which of them it is cannot be guessed: no branch is taken on
+// it.
 static inline __attribute__((always_inline)) void prefetch_child(const Shelf shelves[2],
                                                                  uint32_t ref)
 {
@@ -153,10 +144,10 @@ static inline bool put_off(Stream *stream, const Shelf shelves[2], StreamChild *
     prefetch_child(shelves, child->ref);
     if (is_full) {
         *child = stream->late[place];
-        child->stale = stream->late_stale[place];
+        child->nearer = stream->late_nearer[place];
     }
     stream->late[place] = latest;
-    stream->late_stale[place] = 0;
+    stream->late_nearer[place] = latest.nearer;
     stream->late_next = (place + 1) % LATE_PLACES;
     stream->late_count += !is_full;
     return is_full;
@@ -166,7 +157,7 @@ static inline StreamChild take_late(Stream *stream)
 {
     uint32_t place = (stream->late_next - stream->late_count--) % LATE_PLACES;
     StreamChild oldest = stream->late[place];
-    oldest.stale = stream->late_stale[place];
+    oldest.nearer = stream->late_nearer[place];
     return oldest;
 }
 
@@ -186,13 +177,14 @@ static void descend_tree(Stream *stream, uint64_t active)
     for (;;) {
         if (stream->height > base) {
             child = take_child(stream);
-            if (!revisit(stream, &child))
+            if (child.place & BOUNDED && !revisit(stream, &child))
                 continue;
             // Going deep first needs two trees' depths; what is put off needs more while there is
-            // room.
+            // room. It is asked for even if no ray enters it any more: that shows later.
             if (waits && __builtin_popcountll(child.active) <= LATE_MOST &&
-                stream->height - base <= LATE_STACK &&
-                (!put_off(stream, shelves, &child) || !revisit(stream, &child)))
+                stream->height - base <= LATE_STACK && !put_off(stream, shelves, &child))
+                continue;
+            if (!revisit(stream, &child))
                 continue;
         } else if (stream->late_count > 0) {
             child = take_late(stream);
@@ -215,6 +207,7 @@ static void walk_stream(Group *group, Rays *rays, uint64_t active, const Walk *w
     stream.walk = walk;
     stream.slabs = stream_slabs(rays, any);
     stream.height = stream.late_next = stream.late_count = 0;
+    stream.stack[0].nearer = 0;
     stream.beam.is_safe = false;
     if (__builtin_popcountll(active) > NARROW_MOST)
         beam_load(rays, any, &stream.beam);
@@ -320,8 +313,10 @@ static void walk_in_place(Stream *stream, uint64_t active, const Walk *below)
 {
     const Walk *walk = stream->walk;
     const StreamSlabs slabs = stream->slabs;
-    const Rays *rays = stream->rays;
+    Rays *rays = stream->rays;
     stream->walk = below;
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH)
+        co_wide_store(rays->placed_pad + j, rays_padding(rays, j, &below->tree->box));
     if (!rays->is_tight) {
         stream->slabs.near_c = rays->near_tight;
         stream->slabs.far_c = rays->far_tight;

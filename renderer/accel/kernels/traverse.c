@@ -112,8 +112,9 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
     return leaf;
 }
 
-// Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more. Always inline,
-// as is what tests a ray against a leaf: to spill registers for calls costs as much as the test.
+// Offers a ray the triangles `pierced` of a leaf. Returns true when it needs no more. Always
+// inline, as is what tests a ray against a leaf: to spill registers for calls costs as much as the
+// test.
 static inline __attribute__((always_inline)) bool
 offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear, uint32_t pierced,
               uint32_t path, const LeafHits *hits)
@@ -228,8 +229,7 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
         return;
     const CoWide sz = co_wide_load(rays->inv[axis] + j);
     const bool is_placed = walk->is_placed;
-    stream_boxes(rays, slabs, j,
-                 is_placed ? rays_padding(rays, j, &walk->tree->box) : co_wide_load(rays->pad + j),
+    stream_boxes(rays, slabs, j, co_wide_load((is_placed ? rays->placed_pad : rays->pad) + j),
                  &boxes);
     for (; any; any &= any - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(any), pierced = rays_of[i] & active;
@@ -277,19 +277,19 @@ stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk, const Co
     Ray ray;
     rays_shear(rays, j, &shear);
     group->stats->triangles += count;
-    shear_points(leaf, &shear, &hits);
+    const float *const points[3] = {leaf->points[shear.x], leaf->points[shear.y],
+                                    leaf->points[shear.z]};
+    shear_rows(leaf, points, &shear, &hits);
     uint32_t pierced = pierce_triangles(leaf, count, &hits) & triangles;
     if (!pierced)
         return;
-    rays_clamping(rays, j, &ray);
-    if (walk->is_placed)
-        pad_for(&ray, walk->bvh);
+    rays_clamping(rays, j, walk->is_placed, &ray);
     offer_pierced(group, &ray, leaf, &shear, pierced, walk->path, &hits);
     rays_settle(rays, j, ray.to);
 }
 
-// Many rays against `triangles` among the first `count` of a leaf, those by vectors that have company
-// along their major axis. Returns the others, and what triangles these may meet.
+// Many rays against `triangles` among the first `count` of a leaf, those by vectors that have
+// company along their major axis. Returns the others, and what triangles these may meet.
 static __attribute__((noinline)) uint64_t stream_leaf_many(const StreamAsk *ask, uint64_t active,
                                                            const CoTriLeaf *leaf, uint32_t count,
                                                            uint32_t *triangles)

@@ -44,24 +44,31 @@ typedef struct LeafHits {
     CoWide edge[3][POINT_VECTORS];
 } LeafHits;
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+// A leaf whose points are given by what the test calls x, y and z.
+static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3],
+                              const Shear *shear, LeafHits *out)
 {
-    const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
-    const float *points = leaf->points[0];
     const CoWide org_x = co_wide_set1(shear->org[0]), org_y = co_wide_set1(shear->org[1]);
     const CoWide org_z = co_wide_set1(shear->org[2]);
     const CoWide sx = co_wide_set1(shear->sx), sy = co_wide_set1(shear->sy);
     // No branch on their number but where vectors are many.
     const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_WIDTH;
     for (uint32_t i = 0; i * CO_WIDE_WIDTH < most; i++) {
-        const float *at = points + i * CO_WIDE_WIDTH;
-        CoWide z = co_wide_sub(co_wide_load(at + row * shear->z), org_z);
-        CoWide x = co_wide_sub(co_wide_load(at + row * shear->x), org_x);
-        CoWide y = co_wide_sub(co_wide_load(at + row * shear->y), org_y);
+        CoWide z = co_wide_sub(co_wide_load(points[2] + i * CO_WIDE_WIDTH), org_z);
+        CoWide x = co_wide_sub(co_wide_load(points[0] + i * CO_WIDE_WIDTH), org_x);
+        CoWide y = co_wide_sub(co_wide_load(points[1] + i * CO_WIDE_WIDTH), org_y);
         out->x[i] = co_wide_sub(x, co_wide_mul(sx, z));
         out->y[i] = co_wide_sub(y, co_wide_mul(sy, z));
         out->z[i] = z;
     }
+}
+
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+{
+    const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
+    const float *at = leaf->points[0];
+    const float *const points[3] = {at + row * shear->x, at + row * shear->y, at + row * shear->z};
+    shear_rows(leaf, points, shear, out);
 }
 
 // Edge functions of triangles i and up. Returns one bit per triangle whose line is pierced or may
