@@ -308,15 +308,20 @@ static uint64_t not_hidden(const Group *group, const Rays *rays, uint64_t active
     return active;
 }
 
+static inline void pad_placed(Rays *rays, uint64_t active, const CoBox *box)
+{
+    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH)
+        co_wide_store(rays->placed_pad + j, rays_padding(rays, j, box));
+}
+
 // Through a mesh that stands in its group as it is: the rays stay what they are.
 static void walk_in_place(Stream *stream, uint64_t active, const Walk *below)
 {
     const Walk *walk = stream->walk;
     const StreamSlabs slabs = stream->slabs;
-    Rays *rays = stream->rays;
+    const Rays *rays = stream->rays;
     stream->walk = below;
-    for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH)
-        co_wide_store(rays->placed_pad + j, rays_padding(rays, j, &below->tree->box));
+    pad_placed(stream->rays, active, &below->tree->box);
     if (!rays->is_tight) {
         stream->slabs.near_c = rays->near_tight;
         stream->slabs.far_c = rays->far_tight;
