@@ -9,6 +9,10 @@
 #include <string.h>
 #include <unistd.h>
 
+enum {
+    PART = 1 << 18 // bytes
+};
+
 static struct {
     atomic_size_t live, peak;
 } tally[CO_MEMORY_TAG_COUNT];
@@ -33,6 +37,11 @@ static void count(CoMemoryTag tag, size_t size)
         ;
 }
 
+static size_t whole_lines(size_t size)
+{
+    return (size + 63) & ~(size_t)63;
+}
+
 // Trees are what is walked at random and what grows by pieces; rays are met in any order and their
 // memory is used over and over. What is only written once is not worth the search for large pages,
 // which on a machine long in use takes as long as the writing.
@@ -46,7 +55,7 @@ void *co_alloc(CoMemoryTag tag, size_t size)
     if (size == 0 || size > SIZE_MAX / 2 || must_fail())
         return NULL;
     void *ptr = is_paged(tag, size) ? co_pages_alloc(size)
-                                    : aligned_alloc(64, (size + 63) & ~(size_t)63);
+                                    : aligned_alloc(64, whole_lines(size));
     if (ptr)
         count(tag, size);
     return ptr;
@@ -83,10 +92,52 @@ static void *resize_pages(CoMemoryTag tag, void *ptr, size_t old_size, size_t ne
     return moved;
 }
 
+// Most heaps leave a block that shrinks where it is, so that there are never two of it. One that does
+// not may align it less; should there be no room then to move it once more, it stays so.
+static void *shrink(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
+{
+    void *moved = must_fail() ? NULL : realloc(ptr, whole_lines(new_size));
+    if (!moved)
+        return NULL;
+    atomic_fetch_sub_explicit(&tally[tag].live, old_size - new_size, memory_order_relaxed);
+    if ((uintptr_t)moved % 64 == 0)
+        return moved;
+    void *aligned = aligned_alloc(64, whole_lines(new_size));
+    if (!aligned)
+        return moved;
+    memcpy(aligned, moved, new_size);
+    free(moved);
+    return aligned;
+}
+
+// From the end, each part given back once it is copied, so that there are never two of it all.
+static void *leave_pages(CoMemoryTag tag, char *ptr, size_t old_size, size_t new_size)
+{
+    char *moved = must_fail() ? NULL : aligned_alloc(64, whole_lines(new_size));
+    if (!moved)
+        return NULL;
+    for (size_t left = old_size, next = new_size; left > 0; next -= next < PART ? next : PART) {
+        size_t part = next < new_size ? left - next : 0;
+        count(tag, part);
+        memcpy(moved + next, ptr + next, part);
+        if (next > 0)
+            co_pages_resize(ptr, left, next);
+        else
+            co_pages_free(ptr, left);
+        atomic_fetch_sub_explicit(&tally[tag].live, left - next, memory_order_relaxed);
+        left = next;
+    }
+    return moved;
+}
+
 void *co_realloc(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
 {
-    if (ptr && is_paged(tag, old_size) && is_paged(tag, new_size))
+    bool was_paged = is_paged(tag, old_size), shrinks = new_size > 0 && new_size <= old_size;
+    if (ptr && was_paged && is_paged(tag, new_size))
         return resize_pages(tag, ptr, old_size, new_size);
+    if (ptr && shrinks)
+        return was_paged ? leave_pages(tag, ptr, old_size, new_size)
+                         : shrink(tag, ptr, old_size, new_size);
     void *moved = co_alloc(tag, new_size);
     if (!moved)
         return NULL;

@@ -59,6 +59,34 @@ static void moved_blocks_keep_what_fits(void **state)
     assert_int_equal(co_memory_live(CO_MEMORY_BASE), live);
 }
 
+// Within the heap, within large pages and from those to the heap: aligned, nothing lost, and none of
+// the latter twice.
+static void blocks_that_shrink_keep_what_is_left(void **state)
+{
+    (void)state;
+    const size_t sizes[] = {9000000, 3000000, 1500000, 300, 100, 100, 1};
+    size_t live = co_memory_live(CO_MEMORY_ACCEL), size = sizes[0];
+    unsigned char *block = co_alloc(CO_MEMORY_ACCEL, size);
+    assert_non_null(block);
+    for (size_t i = 0; i < size; i++)
+        block[i] = (unsigned char)(i % 251);
+    for (size_t k = 1; k < sizeof sizes / sizeof *sizes; k++) {
+        co_memory_fail_after(1);
+        assert_null(co_realloc(CO_MEMORY_ACCEL, block, size, sizes[k]));
+        co_memory_fail_after(0);
+        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), live + size);
+        block = co_realloc(CO_MEMORY_ACCEL, block, size, sizes[k]);
+        size = sizes[k];
+        assert_int_equal((uintptr_t)block % 64, 0);
+        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), live + size);
+        for (size_t i = 0; i < size; i++)
+            assert_true(block[i] == i % 251);
+    }
+    co_free(CO_MEMORY_ACCEL, block, size);
+    assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), live);
+    assert_true(co_memory_peak(CO_MEMORY_ACCEL) < live + 10000000);
+}
+
 static void arrays_grow_one_at_a_time(void **state)
 {
     (void)state;
@@ -121,6 +149,7 @@ int main(void)
         cmocka_unit_test(blocks_are_counted_by_tag),
         cmocka_unit_test(sizes_that_cannot_be_are_refused),
         cmocka_unit_test(moved_blocks_keep_what_fits),
+        cmocka_unit_test(blocks_that_shrink_keep_what_is_left),
         cmocka_unit_test(arrays_grow_one_at_a_time),
         cmocka_unit_test(the_nth_allocation_fails_and_all_after_it),
         cmocka_unit_test(tags_have_names_of_their_own),
