@@ -2,8 +2,8 @@
 
 #include <omp.h>
 
-// Each thread that starts parallel work has its own count, so that two renders of one process do not
-// disturb each other. 0: not chosen yet.
+// Each thread that starts parallel work has its own count, so that two renders of one process do
+// not disturb each other. 0: not chosen yet.
 static _Thread_local int thread_count;
 
 void co_worker_count_set(uint32_t count)
@@ -37,6 +37,7 @@ void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context
         fn(context, 0, count, 0);
         return;
     }
+    threads = blocks < (size_t)threads ? (int)blocks : threads;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
     for (size_t block = 0; block < blocks; block++) {
         size_t begin = block * grain;

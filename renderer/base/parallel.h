@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Works on items [begin, end). `worker` is in [0, co_worker_count()) and is not shared by two calls
-// that run at once, so it may index per-worker state.
+// Works on items [begin, end). `worker` is less than co_worker_count() and than the number of blocks,
+// and is not shared by two calls that run at once, so it may index per-worker state.
 typedef void CoParallelFn(void *context, size_t begin, size_t end, uint32_t worker);
 
 // Calls fn over [0, count) in blocks of at most `grain` items (0 = 1), claimed dynamically, and
