@@ -10,7 +10,7 @@
 #define MEMORY_WORTH 12.0
 
 enum {
-    WIDE_SHARE = 16,     // ranges above this part of the whole are split by all threads
+    WIDE_SHARE = 4,      // ranges above this part of each thread's are split by all of them
     SUBTREE_SHARE = 128, // a subtree is at most this part of the whole,
     SUBTREE_MIN = 4096,  // within these bounds
     SUBTREE_MAX = 16384
@@ -20,7 +20,7 @@ static bool reserve(void **array, size_t *capacity, size_t count, size_t element
 {
     if (count < *capacity)
         return true;
-    size_t more = 2 * *capacity + 64;
+    size_t more = 2 * *capacity + 16;
     void *moved = co_realloc(TAG, *array, *capacity * element, more * element);
     if (!moved)
         return false;
@@ -45,7 +45,7 @@ static bool add_binary(CoOpening *o, const CoRange *range)
     bool is_done = reserve(&binary, &o->binary_capacity, o->binary_count, sizeof *o->binary);
     o->binary = binary;
     if (is_done)
-        o->binary[o->binary_count++] = (CoBinaryNode){.box = range->box, .count = range->count};
+        o->binary[o->binary_count++] = (CoBinaryNode){.box = range->box};
     return is_done;
 }
 
@@ -57,7 +57,7 @@ static bool open_range(CoOpening *o, CoWideSplit *split, CoBuildPrim *prims, con
     if (!add_binary(o, range))
         return false;
     if (range->count <= limit) {
-        o->binary[index].first = (uint32_t)o->range_count;
+        o->binary[index].leaf = (uint32_t)o->range_count;
         return add_range(o, range);
     }
     CoRange halves[2];
@@ -98,14 +98,14 @@ static bool put_inner(CoOpening *out, const CoOpening *inner)
         if (!add_range(out, &inner->ranges[i]))
             return false;
     for (size_t i = 0; i < inner->binary_count; i++) {
-        CoRange range = {.box = inner->binary[i].box, .count = inner->binary[i].count};
+        CoRange range = {.box = inner->binary[i].box};
         if (!add_binary(out, &range))
             return false;
         CoBinaryNode *node = &out->binary[base + i];
         if (inner->binary[i].right)
             node->right = base + inner->binary[i].right;
         else
-            node->first = ranges + inner->binary[i].first;
+            node->leaf = ranges + inner->binary[i].leaf;
     }
     return true;
 }
@@ -115,9 +115,9 @@ static bool join(CoOpening *out, const CoOpening *outer, const CoOpening *inner,
 {
     const CoBinaryNode *node = &outer->binary[from];
     if (!node->right)
-        return put_inner(out, &inner[node->first]);
+        return put_inner(out, &inner[node->leaf]);
     size_t index = out->binary_count;
-    CoRange range = {.box = node->box, .count = node->count};
+    CoRange range = {.box = node->box};
     if (!add_binary(out, &range) || !join(out, outer, inner, from + 1))
         return false;
     out->binary[index].right = (uint32_t)out->binary_count;
@@ -140,22 +140,22 @@ static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *
 }
 
 // Children before parents.
-static void plan(CoOpening *o, double weight)
+static void plan(CoOpening *o, size_t from, CoPlan *out)
 {
-    double area = co_box_area(&o->box);
-    o->scale = area > 0.0 ? weight / area : 0.0;
-    for (size_t i = o->binary_count; i-- > 0;) {
-        CoBinaryNode *node = &o->binary[i];
-        const CoBinaryNode *right = node->right ? &o->binary[node->right] : NULL;
-        co_plan_node(node, right ? node + 1 : NULL, right, o->scale);
+    CoBinaryNode *node = &o->binary[from];
+    CoPlan halves[2];
+    if (node->right) {
+        plan(o, from + 1, &halves[0]);
+        plan(o, node->right, &halves[1]);
     }
+    co_plan_node(node, node->right ? halves : NULL, o->scale, out);
 }
 
 static bool open_wide(const CoPrimArray *prims, CoOpening *out)
 {
     CoOpening outer = {0};
     CoRange all = {.count = (uint32_t)prims->count};
-    size_t limit = prims->count / WIDE_SHARE;
+    size_t limit = prims->count / WIDE_SHARE / co_worker_count();
     CoWideSplit *split = co_wide_split_create(prims->count, co_worker_count());
     bool is_done = split != NULL;
     if (split) {
@@ -184,9 +184,14 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out)
         out->largest = prims->count;
         is_done = add_binary(out, &all) && add_range(out, &all);
     }
-    if (is_done)
-        plan(out, (double)prims->count / (MEMORY_WORTH * (double)leaf));
-    return is_done;
+    if (!is_done)
+        return false;
+    CoPlan root;
+    double area = co_box_area(&out->box);
+    double weight = (double)prims->count / (MEMORY_WORTH * (double)leaf);
+    out->scale = area > 0.0 ? weight / area : 0.0;
+    plan(out, 0, &root);
+    return true;
 }
 
 void co_opening_clear(CoOpening *o)

@@ -9,7 +9,7 @@
 #include "accel/subtree.h"
 
 // The ranges from left to right, and the binary tree above them in depth-first order, planned. A
-// leaf of it has the number of its range in `first`.
+// leaf of it has the number of its range in `leaf`.
 typedef struct CoOpening {
     CoRange *ranges;
     CoBinaryNode *binary;

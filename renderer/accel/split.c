@@ -2,6 +2,10 @@
 
 #include <float.h>
 
+enum {
+    STRAYS = 64 // looked at between swaps
+};
+
 static inline CoBox4 prim_box(const CoBuildPrim *prim)
 {
     CoBox4 box = {co4_xyz(co4_load(prim->lo)), co4_xyz(co4_load(prim->hi))};
@@ -213,26 +217,76 @@ CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBo
     return best;
 }
 
-// Without a branch on the side, which nothing predicts: every prim is stored on both and counts on
-// one.
-size_t co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, CoBuildPrim *moved)
+// Of a split, in registers: what is written meanwhile might be the split otherwise.
+typedef struct Plane {
+    int axis;
+    float origin, scale, edge;
+} Plane;
+
+static inline Plane plane_of(const CoSplit *split)
 {
-    const int axis = split->axis;
-    const float origin = split->origin, scale = split->scale, edge = split->edge;
-    size_t left = 0, right = 0;
-    for (size_t i = 0; i < count; i++) {
-        float c = 0.5f * prims[i].lo[axis] + 0.5f * prims[i].hi[axis];
-        bool is_right = (c - origin) * scale >= edge;
-        Co4 lo = co4_load(prims[i].lo), hi = co4_load(prims[i].hi);
-        co4_store(prims[left].hi, hi);
-        co4_store(prims[left].lo, lo);
-        co4_store(moved[right].hi, hi);
-        co4_store(moved[right].lo, lo);
-        left += !is_right;
-        right += is_right;
+    Plane plane = {split->axis, split->origin, split->scale, split->edge};
+    return plane;
+}
+
+static inline bool is_right(Plane plane, const CoBuildPrim *prim)
+{
+    float c = 0.5f * prim->lo[plane.axis] + 0.5f * prim->hi[plane.axis];
+    return (c - plane.origin) * plane.scale >= plane.edge;
+}
+
+size_t co_split_count(const CoSplit *split, const CoBuildPrim *prims, size_t count)
+{
+    const Plane plane = plane_of(split);
+    size_t right = 0;
+    for (size_t i = 0; i < count; i++)
+        right += is_right(plane, &prims[i]);
+    return count - right;
+}
+
+// Those of one side that belong to the other, a few at a time.
+typedef struct Strays {
+    size_t at, end; // what is not searched yet
+    CoBuildPrim *from;
+    uint32_t count, taken;
+    uint8_t place[STRAYS];
+} Strays;
+
+// Without a branch on the side, which nothing predicts.
+static void find_strays(Strays *s, const CoSplit *split, CoBuildPrim *prims, bool stays_right)
+{
+    const Plane plane = plane_of(split);
+    s->count = s->taken = 0;
+    while (s->count == 0 && s->at < s->end) {
+        uint32_t most = s->end - s->at < STRAYS ? (uint32_t)(s->end - s->at) : STRAYS, count = 0;
+        const CoBuildPrim *from = s->from = prims + s->at;
+        for (uint32_t i = 0; i < most; i++) {
+            s->place[count] = (uint8_t)i;
+            count += is_right(plane, &from[i]) != stays_right;
+        }
+        s->count = count;
+        s->at += most;
     }
-    memcpy(prims + left, moved, right * sizeof *moved);
-    return left;
+}
+
+// There are as many on either side: the k-th of the one changes places with the k-th of the other.
+void co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, size_t left)
+{
+    Strays a = {.end = left}, b = {.at = left, .end = count};
+    for (;;) {
+        if (a.taken == a.count)
+            find_strays(&a, split, prims, false);
+        if (b.taken == b.count)
+            find_strays(&b, split, prims, true);
+        if (a.count == 0 || b.count == 0)
+            return;
+        while (a.taken < a.count && b.taken < b.count) {
+            CoBuildPrim *x = &a.from[a.place[a.taken++]], *y = &b.from[b.place[b.taken++]];
+            CoBuildPrim moved = *x;
+            *x = *y;
+            *y = moved;
+        }
+    }
 }
 
 static CoRange half_of(const CoRange *range, uint32_t first, uint32_t count, const CoBox *box)
@@ -261,7 +315,7 @@ void co_split_give(const CoSplit *split, const CoBuildPrim *prims, const CoRange
     halves[1] = half_of(range, split->left, range->count - split->left, &split->boxes[1]);
 }
 
-void co_split_range(CoBuildPrim *prims, const CoRange *range, CoBuildPrim *moved, CoRange halves[2])
+void co_split_range(CoBuildPrim *prims, const CoRange *range, CoRange halves[2])
 {
     CoSplit split = {.axis = -1};
     CoBuildPrim *mine = prims + range->first;
@@ -273,7 +327,7 @@ void co_split_range(CoBuildPrim *prims, const CoRange *range, CoBuildPrim *moved
         co_bins_fill(&bins, &binning, mine, range->count);
         split = co_split_choose(&bins, &binning, &range->box);
         if (split.axis >= 0)
-            co_split_move(&split, mine, range->count, moved);
+            co_split_move(&split, mine, range->count, split.left);
     }
     co_split_give(&split, mine, range, halves);
 }

@@ -20,11 +20,10 @@ typedef struct CoRange {
     CoBox box;
 } CoRange;
 
-// Splits a range of at least 2 prims into two that are not empty. `moved` holds as many prims.
-void co_split_range(CoBuildPrim *prims, const CoRange *range, CoBuildPrim *moved,
-                    CoRange halves[2]);
+// Splits a range of at least 2 prims into two that are not empty, in place.
+void co_split_range(CoBuildPrim *prims, const CoRange *range, CoRange halves[2]);
 
-// The same for ranges too large for `moved`, of at most `most` prims, by all threads or, with one
+// The same for large ranges, of at most `most` prims, by all threads or, with one
 // worker, by the caller. NULL when memory ends.
 typedef struct CoWideSplit CoWideSplit;
 CoWideSplit *co_wide_split_create(size_t most, uint32_t workers);
@@ -71,8 +70,9 @@ void co_bins_fill(CoBins *bins, const CoBinning *binning, const CoBuildPrim *pri
 void co_bins_merge(CoBins *into, const CoBins *from);
 CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBox *box);
 
-// Keeps the order within both sides; returns how many are left.
-size_t co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, CoBuildPrim *moved);
+// How many are left of a split, and those of them to the front.
+size_t co_split_count(const CoSplit *split, const CoBuildPrim *prims, size_t count);
+void co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, size_t left);
 
 // The halves of a range that was split like this; axis -1: in the middle.
 void co_split_give(const CoSplit *split, const CoBuildPrim *prims, const CoRange *range,

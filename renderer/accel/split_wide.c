@@ -6,11 +6,11 @@
 #include "base/parallel.h"
 
 enum {
-    BLOCK = 8192
+    BLOCK = 8192,
+    FEW = 4 // blocks that are not worth waking a thread
 };
 
 struct CoWideSplit {
-    CoBuildPrim *moved;  // BLOCK per worker
     CoBins *bins;        // one per worker
     CoBox4 *boxes;       // one per worker
     uint32_t *left;      // of each block
@@ -34,7 +34,6 @@ void co_wide_split_destroy(CoWideSplit *s)
 {
     if (!s)
         return;
-    co_free(CO_MEMORY_ACCEL, s->moved, s->workers * BLOCK * sizeof *s->moved);
     co_free(CO_MEMORY_ACCEL, s->bins, s->workers * sizeof *s->bins);
     co_free(CO_MEMORY_ACCEL, s->boxes, s->workers * sizeof *s->boxes);
     co_free(CO_MEMORY_ACCEL, s->left, s->blocks * sizeof *s->left);
@@ -50,13 +49,12 @@ CoWideSplit *co_wide_split_create(size_t most, uint32_t workers)
         return NULL;
     s->workers = workers;
     s->blocks = blocks_of(most);
-    s->moved = co_alloc(CO_MEMORY_ACCEL, s->workers * BLOCK * sizeof *s->moved);
     s->bins = co_alloc(CO_MEMORY_ACCEL, s->workers * sizeof *s->bins);
     s->boxes = co_alloc(CO_MEMORY_ACCEL, s->workers * sizeof *s->boxes);
     s->left = co_alloc(CO_MEMORY_ACCEL, s->blocks * sizeof *s->left);
     s->swaps_left = co_alloc(CO_MEMORY_ACCEL, (s->blocks + 1) * sizeof *s->swaps_left);
     s->swaps_right = co_alloc(CO_MEMORY_ACCEL, (s->blocks + 1) * sizeof *s->swaps_right);
-    if (s->moved && s->bins && s->boxes && s->left && s->swaps_left && s->swaps_right)
+    if (s->bins && s->boxes && s->left && s->swaps_left && s->swaps_right)
         return s;
     co_wide_split_destroy(s);
     return NULL;
@@ -70,7 +68,7 @@ static size_t block_count(const CoWideSplit *s, size_t block)
 
 static void for_blocks(CoWideSplit *s, size_t blocks, CoParallelFn *fn)
 {
-    if (s->workers == 1)
+    if (s->workers == 1 || blocks <= FEW)
         fn(s, 0, blocks, 0);
     else
         co_parallel_for(blocks, 1, fn, s);
@@ -95,10 +93,12 @@ static void fill_blocks(void *context, size_t begin, size_t end, uint32_t worker
 static void move_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
     CoWideSplit *s = context;
-    CoBuildPrim *moved = s->moved + (size_t)worker * BLOCK;
-    for (size_t b = begin; b < end; b++)
-        s->left[b] =
-            (uint32_t)co_split_move(s->split, s->prims + b * BLOCK, block_count(s, b), moved);
+    (void)worker;
+    for (size_t b = begin; b < end; b++) {
+        CoBuildPrim *prims = s->prims + b * BLOCK;
+        s->left[b] = (uint32_t)co_split_count(s->split, prims, block_count(s, b));
+        co_split_move(s->split, prims, block_count(s, b), s->left[b]);
+    }
 }
 
 // Once every block is split, what belongs left and lies right of the border, and the other way

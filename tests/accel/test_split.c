@@ -21,13 +21,13 @@ static void halves_hold_everything(void **state)
 {
     (void)state;
     const uint32_t counts[] = {2, 3, 4, 11, 12, 31, 33, 1000, 1500};
-    static CoBuildPrim prims[1600], moved[1600];
+    static CoBuildPrim prims[1600];
     for (int kind = 0; kind < PRIM_KINDS; kind++) {
         for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
             for (uint32_t depth = 0; depth <= CO_SPLIT_DEPTH; depth += CO_SPLIT_DEPTH) {
                 prims_fill(prims, 1600, (PrimKind)kind, c);
                 CoRange range = {0, counts[c], depth, prims_box(prims, counts[c])}, halves[2];
-                co_split_range(prims, &range, moved, halves);
+                co_split_range(prims, &range, halves);
                 check_halves(prims, &range, halves);
                 assert_all_there(prims, counts[c]);
                 // From a certain depth on both are of one size, wherever they lie.
@@ -42,11 +42,11 @@ static void halves_hold_everything(void **state)
 static void neighbors_are_left_alone(void **state)
 {
     (void)state;
-    CoBuildPrim prims[300], before[300], moved[300];
+    CoBuildPrim prims[300], before[300];
     prims_fill(prims, 300, PRIMS_ANYWHERE, 3);
     memcpy(before, prims, sizeof prims);
     CoRange range = {100, 77, 0, prims_box(prims + 100, 77)}, halves[2];
-    co_split_range(prims, &range, moved, halves);
+    co_split_range(prims, &range, halves);
     check_halves(prims, &range, halves);
     assert_memory_equal(prims, before, 100 * sizeof *prims);
     assert_memory_equal(prims + 177, before + 177, 123 * sizeof *prims);
@@ -55,7 +55,7 @@ static void neighbors_are_left_alone(void **state)
 static void two_heaps_are_told_apart(void **state)
 {
     (void)state;
-    CoBuildPrim prims[64], moved[64];
+    CoBuildPrim prims[64];
     for (int axis = 0; axis < 3; axis++) {
         prims_fill(prims, 64, PRIMS_ANYWHERE, 9);
         for (uint32_t i = 0; i < 64; i++) {
@@ -63,13 +63,38 @@ static void two_heaps_are_told_apart(void **state)
             prims[i].hi[axis] += i % 4 ? 0.0f : 100.0f;
         }
         CoRange range = {0, 64, 0, prims_box(prims, 64)}, halves[2];
-        co_split_range(prims, &range, moved, halves);
+        co_split_range(prims, &range, halves);
         assert_int_equal(halves[0].count, 48);
         for (uint32_t i = 0; i < 64; i++)
             assert_int_equal(prims[i].id % 4 == 0, i >= 48);
-        // In the order they came in.
-        for (uint32_t i = 1; i < 48; i++)
-            assert_true(prims[i].id > prims[i - 1].id);
+    }
+}
+
+// However many are on the wrong side, and wherever the blocks in which they are looked for end.
+static void moving_parts_any_order(void **state)
+{
+    (void)state;
+    enum {
+        COUNT = 700
+    };
+    static CoBuildPrim prims[COUNT];
+    Random random = {4};
+    const CoSplit split = {.axis = 1, .origin = 0.0f, .scale = 1.0f, .edge = 0.5f};
+    for (uint32_t count = 0; count <= COUNT; count += 1 + count / 3) {
+        for (int kind = 0; kind < 5; kind++) {
+            size_t left = 0;
+            prims_fill(prims, count, PRIMS_IN_ONE_PLACE, 1);
+            for (uint32_t i = 0; i < count; i++) {
+                const bool sides[5] = {true, false, i % 2, i < count / 2, random_float(&random, 0.0f, 1.0f) < 0.1f};
+                prims[i].lo[1] = prims[i].hi[1] = sides[kind] ? 1.0f : 0.0f;
+                left += !sides[kind];
+            }
+            assert_int_equal(co_split_count(&split, prims, count), left);
+            co_split_move(&split, prims, count, left);
+            for (uint32_t i = 0; i < count; i++)
+                assert_true(prims[i].lo[1] == (i < left ? 0.0f : 1.0f));
+            assert_all_there(prims, count);
+        }
     }
 }
 
@@ -79,12 +104,12 @@ static void wide_splits_are_the_same_ones(void **state)
     enum {
         COUNT = 40000
     };
-    CoBuildPrim *small = malloc(COUNT * sizeof *small), *moved = malloc(COUNT * sizeof *moved);
+    CoBuildPrim *small = malloc(COUNT * sizeof *small);
     CoBuildPrim *wide = malloc(COUNT * sizeof *wide), *first = malloc(COUNT * sizeof *first);
     for (int kind = 0; kind < PRIM_KINDS; kind++) {
         prims_fill(small, COUNT, (PrimKind)kind, 1);
         CoRange range = {0, COUNT, 0, prims_box(small, COUNT)}, want[2], got[2];
-        co_split_range(small, &range, moved, want);
+        co_split_range(small, &range, want);
         for (uint32_t workers = 1; workers <= 8; workers *= 2) {
             co_worker_count_set(workers);
             CoWideSplit *split = co_wide_split_create(COUNT, workers);
@@ -106,7 +131,6 @@ static void wide_splits_are_the_same_ones(void **state)
     }
     co_worker_count_set(0);
     free(small);
-    free(moved);
     free(wide);
     free(first);
 }
@@ -134,8 +158,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(halves_hold_everything),   cmocka_unit_test(neighbors_are_left_alone),
-        cmocka_unit_test(two_heaps_are_told_apart), cmocka_unit_test(wide_splits_are_the_same_ones),
-        cmocka_unit_test(no_memory_is_no_split),
+        cmocka_unit_test(two_heaps_are_told_apart), cmocka_unit_test(moving_parts_any_order),
+        cmocka_unit_test(wide_splits_are_the_same_ones), cmocka_unit_test(no_memory_is_no_split),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
