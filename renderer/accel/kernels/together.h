@@ -27,7 +27,6 @@ typedef struct Stream {
     uint32_t height;
     uint32_t late_next, late_count;
     StreamChild late[LATE_PLACES]; // a ring
-    uint64_t late_nearer[LATE_PLACES];
     // Two trees deep: of the group and of a mesh that stands in it as it is. The first is no child.
     StreamChild stack[1 + LATE_STACK + 2 * CO_STACK_SIZE];
 } Stream;
@@ -41,7 +40,7 @@ static inline void spread_nearer(Stream *stream)
     stream->rays->nearer = 0;
     stream->stack[stream->height].nearer |= nearer;
     for (uint32_t i = 0; i < LATE_PLACES; i++)
-        stream->late_nearer[i] |= nearer;
+        stream->late[i].nearer |= nearer;
 }
 
 // Asks for the instances among the children that are entered.
@@ -138,27 +137,21 @@ static inline __attribute__((always_inline)) void prefetch_child(const Shelf she
 // none has waited long enough.
 static inline bool put_off(Stream *stream, const Shelf shelves[2], StreamChild *child)
 {
-    const uint32_t place = stream->late_next;
+    StreamChild *place = &stream->late[stream->late_next];
     const StreamChild latest = *child;
     const bool is_full = stream->late_count == LATE_PLACES;
     prefetch_child(shelves, child->ref);
-    if (is_full) {
-        *child = stream->late[place];
-        child->nearer = stream->late_nearer[place];
-    }
-    stream->late[place] = latest;
-    stream->late_nearer[place] = latest.nearer;
-    stream->late_next = (place + 1) % LATE_PLACES;
+    if (is_full)
+        *child = *place;
+    *place = latest;
+    stream->late_next = (stream->late_next + 1) % LATE_PLACES;
     stream->late_count += !is_full;
     return is_full;
 }
 
 static inline StreamChild take_late(Stream *stream)
 {
-    uint32_t place = (stream->late_next - stream->late_count--) % LATE_PLACES;
-    StreamChild oldest = stream->late[place];
-    oldest.nearer = stream->late_nearer[place];
-    return oldest;
+    return stream->late[(stream->late_next - stream->late_count--) % LATE_PLACES];
 }
 
 // Rays `active` through a tree. What is on the stack stays there.

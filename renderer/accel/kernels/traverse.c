@@ -9,12 +9,12 @@
 #include "accel/kernels/stream.h"
 
 enum {
-    NARROW_MOST = 24,     // active rays up to which each is tested against all children at once
+    NARROW_MOST = 32,     // active rays up to which each is tested against all children at once
     LEAF_SINGLE_MOST = 8, // to a leaf, up to which each is tested against all triangles,
     VECTOR_SINGLE_MOST = CO_WIDE_WIDTH > 8 ? 6 : 4, // and to a vector of rays
     SCATTERED_OCTANTS = 4, // signs of directions from which on rays go alone, if they go far apart
     LATE_MOST = 8,         // to a node or leaf, up to which it is asked for before it is looked at
-    LATE_PLACES = 8,       // such that are asked for at a time
+    LATE_PLACES = 4,       // such that are asked for at a time
     LATE_STACK = 64        // nodes on a stack up to which anything is put off
 };
 
