@@ -184,7 +184,7 @@ void cohort_adapter_destroy(CohortAdapter *a)
     for (size_t i = 0; i < a->record_count; i++)
         cohort_render_index_remove(a->index, a->records[i].path);
     if (a->env_is_made)
-        unlink(a->env_file);
+        close(a->env_descriptor);
     if (a->stage)
         cohort_stage_destroy(a->stage);
     co_free(CO_MEMORY_DELEGATE, a->records, a->record_capacity * sizeof *a->records);
@@ -201,19 +201,22 @@ void cohort_adapter_destroy(CohortAdapter *a)
 
 // ---- Populate ----------------------------------------------------------------------------------
 
-// The built-in sky goes through a file, as every dome texture does.
+// The built-in sky goes through a file, as every dome texture does: one without a name, so that nothing
+// stays of it however the process ends.
 static bool make_sky(CohortAdapter *a, CohortError *err)
 {
     const char *folder = getenv("TMPDIR");
     char path[512];
-    int n = snprintf(path, sizeof path, "%s/cohort-sky-XXXXXX.hdr",
+    int n = snprintf(path, sizeof path, "%s/cohort-sky-XXXXXX",
                      folder && folder[0] ? folder : "/tmp");
-    int file = n > 0 && (size_t)n < sizeof path ? mkstemps(path, 4) : -1;
+    int file = n > 0 && (size_t)n < sizeof path ? mkstemp(path) : -1;
     CO_CHECK(file >= 0, err, COHORT_ERROR_FILE_WRITE,
              "cannot make a temporary file for the sky, %.150s; TMPDIR names another folder", path);
-    close(file);
+    unlink(path);
+    a->env_is_made = true;
+    a->env_descriptor = file;
+    snprintf(path, sizeof path, "/proc/self/fd/%d", file);
     a->env_file = copy_text(a, path);
-    a->env_is_made = a->env_file != NULL;
     CO_CHECK_MEMORY(a->env_file, err);
     return co_sky_write(path, err);
 }

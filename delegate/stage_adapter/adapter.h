@@ -86,7 +86,8 @@ struct CohortAdapter {
     CohortResolvedSettings resolved;
     double frame_box[6]; // what the framing camera shows
     const char *env_file;
-    bool env_is_made; // the file is the adapter's own and goes with it
+    bool env_is_made; // the file is the adapter's own: a name of this descriptor
+    int env_descriptor;
 };
 
 // ---- Ancestry (ancestry.c) ---------------------------------------------------------------------

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -253,8 +254,31 @@ bool co_converted_room(const char *path, size_t bytes, CohortError *err)
     return true;
 }
 
+#define STALE_SECONDS 3600 // since it was last written to
+
+// Removes what processes that were killed have left: files of ours that are written no more. A name
+// is HASH-PID-NANOSECONDS and an extension; OpenImageIO puts one of its own before that.
+static void sweep(const char *path)
+{
+    char folder[4096], name[4400];
+    snprintf(folder, sizeof folder, "%.*s", (int)(strrchr(path, '/') - path), path);
+    DIR *files = opendir(folder);
+    time_t now = time(NULL);
+    for (struct dirent *e = files ? readdir(files) : NULL; e; e = readdir(files)) {
+        struct stat info;
+        if (strspn(e->d_name, "0123456789abcdef") != 32 || e->d_name[32] != '-')
+            continue;
+        snprintf(name, sizeof name, "%s/%s", folder, e->d_name);
+        if (stat(name, &info) == 0 && now - info.st_mtime > STALE_SECONDS)
+            unlink(name);
+    }
+    if (files)
+        closedir(files);
+}
+
 bool co_converted_temporary(const char *path, char **out, CohortError *err)
 {
+    sweep(path);
     char name[4200];
     const char *extension = strrchr(path, '.'); // kept: writers choose their format by it
     struct timespec now; // folders are shared between machines, and a process may have two scenes

@@ -6,6 +6,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -61,6 +62,9 @@ static void test_frame_of_a_range_is_that_frame(void **state)
 static void test_framing_env_and_headlight(void **state)
 {
     (void)state;
+    char folder[] = "/tmp/cohort-adapter-XXXXXX";
+    assert_non_null(mkdtemp(folder));
+    setenv("TMPDIR", folder, 1);
     CohortAdapterOptions options = {.env = "sky", .headlight = true, .width = 100};
     open_stage_with("def Mesh 'M' { $triangle }", &options);
     CohortResolvedSettings settings;
@@ -74,6 +78,8 @@ static void test_framing_env_and_headlight(void **state)
     assert_int_equal(fake.lights[1].type, COHORT_LIGHT_DISTANT);
     assert_true(fake.lights[1].transform[3][2] == fake.camera.transform[3][2]);
     assert_int_equal(access(fake.lights[0].texture_file, R_OK), 0);
+    unsetenv("TMPDIR");
+    assert_int_equal(rmdir(folder), 0); // the sky has left nothing there, while it is in use
 }
 
 static void test_z_up_framing(void **state)

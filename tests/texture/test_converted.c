@@ -11,6 +11,7 @@
 #include <math.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <time.h>
 
 static void write_text(const char *path, const char *text)
 {
@@ -93,6 +94,32 @@ static void names_tell_what_a_file_was_made_from(void **state)
     rmdir(in_folder("deep"));
 }
 
+static void touch_hours_ago(const char *path, int hours)
+{
+    write_text(path, "");
+    const struct timespec past = {.tv_sec = time(NULL) - 3600 * hours};
+    const struct timespec times[2] = {past, past};
+    assert_int_equal(utimensat(AT_FDCWD, path, times, 0), 0);
+}
+
+// What a killed process left goes; finished files, those being written and those of others stay.
+static void what_was_left_behind_is_swept(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"0123456789abcdef0123456789abcdef-77-000000001.exr",
+                                        "0123456789abcdef0123456789abcdef-78-000000001.exr",
+                                        "0123456789abcdef0123456789abcdef.exr",
+                                        "mine-77-000000001.exr"};
+    static const int hours[] = {2, 0, 2, 2};
+    for (int i = 0; i < 4; i++)
+        touch_hours_ago(in_folder(names[i]), hours[i]);
+    char *temporary;
+    assert_true(co_converted_temporary(in_folder("x.exr"), &temporary, NULL));
+    co_path_free(temporary);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(access(in_folder(names[i]), F_OK) == 0, i > 0);
+}
+
 static void files_are_published_in_one_step(void **state)
 {
     (void)state;
@@ -156,6 +183,7 @@ int main(void)
         cmocka_unit_test(the_curve_is_that_of_srgb),
         cmocka_unit_test(colors_are_converted_and_the_rest_is_kept),
         cmocka_unit_test(names_tell_what_a_file_was_made_from),
+        cmocka_unit_test(what_was_left_behind_is_swept),
         cmocka_unit_test(files_are_published_in_one_step),
         cmocka_unit_test(room_is_asked_of_disks_that_know),
     };
