@@ -28,9 +28,9 @@ static void bound_ray(const CohortRender *render, const uint32_t *words, uint32_
     }
 }
 
-// Decodes a group in the order of the batch. What else a ray is stands in its record, which is near by
+// Decodes rays in the order of the batch. What else a ray is stands in its record, which is near by
 // then. Only light rays stop at the first blocker, and only where every surface blocks.
-static void prepare_group(CohortRender *render, size_t begin, size_t end)
+static void prepare_rays(CohortRender *render, size_t begin, size_t end)
 {
     CoActiveBatch *b = &render->batch;
     static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
@@ -49,18 +49,8 @@ static void prepare_group(CohortRender *render, size_t begin, size_t end)
     }
 }
 
-static void prepare_rays(void *context, size_t begin, size_t end, uint32_t worker)
-{
-    CohortRender *render = context;
-    size_t count = render->batch.rays.count;
-    (void)worker;
-    for (size_t group = begin; group < end; group++) {
-        size_t first = group * CO_GROUP_RAYS, last = first + CO_GROUP_RAYS;
-        prepare_group(render, first, last < count ? last : count);
-    }
-}
-
-static void traverse(void *context, size_t begin, size_t end, uint32_t worker)
+// Some groups, traversed while what was decoded is still in the inner cache.
+static void trace_groups(void *context, size_t begin, size_t end, uint32_t worker)
 {
     CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
@@ -69,6 +59,7 @@ static void traverse(void *context, size_t begin, size_t end, uint32_t worker)
     size_t first = begin * CO_GROUP_RAYS, last = end * CO_GROUP_RAYS;
     if (last > b->rays.count)
         last = b->rays.count;
+    prepare_rays(render, first, last);
     render->kernels->traverse(&render->scene->accel, &b->rays, b->flags, &b->hits, first, last,
                               render->groups_rays, &render->workers[worker].traverse);
     render->workers[worker].traced += last - first;
@@ -84,9 +75,8 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
     co_ray_batch_begin(&b->rays, b->records.count);
     b->hits.count = b->rays.count;
     size_t groups = (b->rays.count + CO_GROUP_RAYS - 1) / CO_GROUP_RAYS;
-    co_parallel_for(groups, 16, prepare_rays, render);
     double sorted = co_clock_seconds();
-    co_parallel_for(groups, 16, traverse, render);
+    co_parallel_for(groups, 16, trace_groups, render);
     render->seconds_sort_rays += sorted - start;
     render->seconds_traverse += co_clock_seconds() - sorted;
     return true;

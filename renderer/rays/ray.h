@@ -96,16 +96,22 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 CoVec3 co_ray_quantize_direction(CoVec3 dir);
 float co_ray_quantize_pdf(float pdf);
 
-// A decoded direction next to `dir`, and its code for CoRay.code, which saves the encoder the
-// search for it. Not always the one that co_ray_quantize_direction gives: several directions of the
+// The code of the decoded direction next to `dir`, for CoRay.code, which saves the encoder the search
+// for it. Not always that of the one that co_ray_quantize_direction gives: several directions of the
 // grid round to the same three floats, and this takes the one nearest to dir. 0: no direction.
-static inline CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2])
+static inline CoOct co_ray_nearest_code(CoVec3 dir, uint32_t code[2])
 {
     CoOct nearest;
     bool has_direction = co_oct_nearest(dir, CO_DIRECTION_MAX, &nearest);
     code[0] = has_direction ? (uint32_t)(nearest.x + CO_DIRECTION_MAX + 1) : 0;
     code[1] = has_direction ? (uint32_t)(nearest.y + CO_DIRECTION_MAX + 1) : 0;
-    return co_oct_decode(nearest, CO_DIRECTION_MAX);
+    return nearest;
+}
+
+// The same, and the direction, which is what shading evaluates with.
+static inline CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2])
+{
+    return co_oct_decode(co_ray_nearest_code(dir, code), CO_DIRECTION_MAX);
 }
 
 CoVec3 co_ray_quantize_normal(CoVec3 n);

@@ -19,8 +19,8 @@
 typedef void CoRayEncodeFn(const CoRayQueue *queue, uint32_t options, CoRayEncoded *out);
 
 // Decodes origin, direction and tnear of places [begin, end) of a batch; tfar is infinity. Place i
-// gets record order[i], or i where order is NULL. All records->count entries of order must be set:
-// those behind `end` are looked at ahead. options: as the records were encoded with.
+// gets record order[i], or i where order is NULL. options: as the records were encoded with. A thousand
+// places or so at a time: records are asked for ahead within a call.
 typedef void CoRayDecodeFn(const CoRayRecords *records, const uint32_t *order, uint32_t options,
                            size_t begin, size_t end, CoRayBatch *batch);
 

@@ -7,7 +7,8 @@
 
 enum {
     RAYS = CO_RAY_QUEUE_RAYS,
-    AHEAD = 2 * RAYS // how many rays ahead records are asked for
+    DECODED = 32, // at once
+    AHEAD = 64    // how many rays ahead records are asked for
 };
 
 #include "rays/kernels/decode.h"

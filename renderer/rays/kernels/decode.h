@@ -4,12 +4,12 @@
 
 // The words that traversal asks for, each by itself.
 typedef struct Gathered {
-    uint32_t org[3][RAYS], tnear[RAYS], record[RAYS];
-    int32_t code[2][RAYS];
+    uint32_t org[3][DECODED], tnear[DECODED], record[DECODED];
+    int32_t code[2][DECODED];
 } Gathered;
 
 typedef struct Directions {
-    float x[RAYS], y[RAYS], z[RAYS];
+    float x[DECODED], y[DECODED], z[DECODED];
 } Directions;
 
 static inline void gather(const CoRayRecords *records, const uint32_t *order, uint32_t options,
@@ -28,9 +28,10 @@ static inline void gather(const CoRayRecords *records, const uint32_t *order, ui
 }
 
 // Records in the order of a sort lie all over the batch: each is a miss unless asked for in time.
-static inline void prefetch(const CoRayRecords *records, const uint32_t order[RAYS])
+static inline void prefetch(const CoRayRecords *records, const uint32_t *order, size_t begin,
+                            size_t end)
 {
-    for (uint32_t i = 0; i < RAYS; i++) {
+    for (size_t i = begin; i < end; i++) {
         const uint32_t *words = records->words + (size_t)order[i] * records->stride;
         __builtin_prefetch(words);
         __builtin_prefetch(words + CO_RAY_WORDS - 1); // often on the next cache line
@@ -39,7 +40,7 @@ static inline void prefetch(const CoRayRecords *records, const uint32_t order[RA
 
 static inline void decode_directions(const Gathered *in, Directions *out)
 {
-    for (uint32_t i = 0; i < RAYS; i++) {
+    for (uint32_t i = 0; i < DECODED; i++) {
         CoVec3 d = co_oct_decode((CoOct){in->code[0][i], in->code[1][i]}, CO_DIRECTION_MAX);
         out->x[i] = d.x;
         out->y[i] = d.y;
@@ -69,14 +70,17 @@ void CO_LANE_NAME(co_ray_decode_batch)(const CoRayRecords *records, const uint32
 {
     Gathered gathered = {.record = {0}};
     Directions directions;
-    for (size_t i = begin; i < end; i += RAYS) {
-        size_t count = end - i < RAYS ? end - i : RAYS, next = i + AHEAD;
-        if (order && next + RAYS <= records->count) // those of the next call too
-            prefetch(records, order + next);
+    size_t asked = begin;
+    for (size_t i = begin; i < end; i += DECODED) {
+        size_t count = end - i < DECODED ? end - i : DECODED;
+        size_t ahead = end - i < AHEAD + DECODED ? end : i + AHEAD + DECODED;
+        if (order)
+            prefetch(records, order, asked, ahead);
+        asked = ahead;
         gather(records, order, options, i, count, &gathered);
         decode_directions(&gathered, &directions);
-        if (count == RAYS)
-            store(&gathered, &directions, i, RAYS, batch); // of a known size: vectors
+        if (count == DECODED)
+            store(&gathered, &directions, i, DECODED, batch); // of a known size: vectors
         else
             store(&gathered, &directions, i, count, batch);
     }
