@@ -3,7 +3,8 @@
 // A kernel includes this file and is compiled once per instruction set with CO_LANE_ISA defined as
 // 0 (scalar), 1 (SSE4.2), 2 (AVX2) or 3 (AVX-512). Every operation rounds once per lane as IEEE 754
 // says, so all widths give the same bits; co_lane_muladd alone may or may not round in between, and
-// is for tests that only cull. Comparisons with NaN are false, except co_lane_ne. min and max
+// is for tests that only cull. co_lane_residue(a, b, p) is a * b - p rounded once, for a p near the
+// product: what is off between them. Comparisons with NaN are false, except co_lane_ne. min and max
 // follow SSE: a < b ? a : b, hence the second operand when one is NaN.
 
 #ifndef CO_SIMD_LANE_H
@@ -44,6 +45,7 @@ typedef CoLaneMask CoWideMask;
 #define co_wide_mul co_lane_mul
 #define co_wide_div co_lane_div
 #define co_wide_muladd co_lane_muladd
+#define co_wide_residue co_lane_residue
 #define co_wide_min co_lane_min
 #define co_wide_max co_lane_max
 #define co_wide_abs co_lane_abs

@@ -46,6 +46,10 @@ static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
 {
     return _mm256_fmadd_ps(a, b, c);
 }
+static inline CoLane co_lane_residue(CoLane a, CoLane b, CoLane p)
+{
+    return _mm256_fmsub_ps(a, b, p);
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return _mm256_min_ps(a, b);

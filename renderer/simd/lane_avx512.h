@@ -100,6 +100,10 @@ static inline CoWide co_wide_muladd(CoWide a, CoWide b, CoWide c)
 {
     return _mm512_fmadd_ps(a, b, c);
 }
+static inline CoWide co_wide_residue(CoWide a, CoWide b, CoWide p)
+{
+    return _mm512_fmsub_ps(a, b, p);
+}
 static inline CoWide co_wide_abs(CoWide a)
 {
     return _mm512_andnot_ps(_mm512_set1_ps(-0.0f), a);

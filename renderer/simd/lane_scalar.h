@@ -3,6 +3,8 @@
 #ifndef CO_SIMD_LANE_SCALAR_H
 #define CO_SIMD_LANE_SCALAR_H
 
+#include "simd/residue.h"
+
 #include <stdint.h>
 
 enum {
@@ -43,6 +45,10 @@ static inline CoLane co_lane_div(CoLane a, CoLane b)
 static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
 {
     return a * b + c;
+}
+static inline CoLane co_lane_residue(CoLane a, CoLane b, CoLane p)
+{
+    return co_float_residue(a, b, p);
 }
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
@@ -111,8 +117,8 @@ static inline void co_lane_sets_store(uint64_t *out, CoLaneSets sets)
 {
     *out = sets;
 }
-// Of a table of 16 numbers those for lanes i on, a multiple of the width; places are 4 bits each, the
-// lower of a byte first. Reads places of 16.
+// Of a table of 16 numbers those for lanes i on, a multiple of the width; places are 4 bits each,
+// the lower of a byte first. Reads places of 16.
 static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places, uint32_t i)
 {
     return table[places[i / 2] >> 4 * (i & 1) & 15];

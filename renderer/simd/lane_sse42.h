@@ -46,6 +46,14 @@ static inline CoLane co_lane_muladd(CoLane a, CoLane b, CoLane c)
 {
     return _mm_add_ps(_mm_mul_ps(a, b), c);
 }
+static inline CoLane co_lane_residue(CoLane a, CoLane b, CoLane p)
+{
+    __m128d low = _mm_mul_pd(_mm_cvtps_pd(a), _mm_cvtps_pd(b));
+    __m128d high = _mm_mul_pd(_mm_cvtps_pd(_mm_movehl_ps(a, a)), _mm_cvtps_pd(_mm_movehl_ps(b, b)));
+    low = _mm_sub_pd(low, _mm_cvtps_pd(p));
+    high = _mm_sub_pd(high, _mm_cvtps_pd(_mm_movehl_ps(p, p)));
+    return _mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(high));
+}
 static inline CoLane co_lane_min(CoLane a, CoLane b)
 {
     return _mm_min_ps(a, b);

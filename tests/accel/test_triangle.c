@@ -192,6 +192,18 @@ static void tiny_meshes_have_one_answer(void **state)
     hits_free(&hits);
 }
 
+// Makes slivers of some triangles, up to a thousand times as long as wide.
+static void make_slivers(TestMesh *soup, Random *random)
+{
+    for (uint32_t tri = 0; tri < soup->mesh.tri_count; tri += 3) {
+        float *p = soup->points + 9 * (size_t)tri;
+        CoVec3 on =
+            co_lerp3(co_vec3_load(p), co_vec3_load(p + 3), random_float(random, 0.0f, 1.0f));
+        co_vec3_store(p + 6, co_add(on, random_vec3(random, -1e-3f, 1e-3f)));
+    }
+    mesh_box(soup);
+}
+
 // Random triangles against a search over all of them in double.
 static void soups_are_judged_exactly(void **state)
 {
@@ -203,6 +215,7 @@ static void soups_are_judged_exactly(void **state)
     for (uint64_t trial = 0; trial < 200; trial++) {
         Random random = {trial << 24 | 1};
         TestMesh soup = mesh_soup(40, trial % 2 ? 0.1f : 1.0f, trial << 20);
+        make_slivers(&soup, &random);
         make_rays(&random, &soup, 1.0f, trial % 3 ? 0 : 30, &rays);
         TestScene s = {0};
         CoInstance instance = place(scene_add_mesh(&s, &soup), co_mat4d_identity());

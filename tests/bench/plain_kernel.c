@@ -6,7 +6,7 @@
 
 #include "accel/kernels/triangle.h"
 
-#define clamp_hit(leaf, ray, i, t) ((void)(leaf), true)
+#define clamp_hit(leaf, ray, i, at) ((void)(leaf), true)
 #define place_hit plain_place
 
 #if PLAIN_MOELLER
@@ -75,13 +75,13 @@ static inline uint32_t plain_pierce(const CoTriLeaf *leaf, uint32_t count, LeafH
 }
 
 static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                               const LeafHits *hits, float *t, float *u, float *v)
+                               const LeafHits *hits, float from, float to, Place *out)
 {
     (void)leaf;
-    *t = ((const float *)hits->edge[0])[i] * shear->sz;
-    *u = ((const float *)hits->edge[1])[i];
-    *v = ((const float *)hits->edge[2])[i];
-    return true;
+    out->t = out->most = ((const float *)hits->edge[0])[i] * shear->sz;
+    out->u = ((const float *)hits->edge[1])[i];
+    out->v = ((const float *)hits->edge[2])[i];
+    return out->t > from && out->t <= to;
 }
 
 #else
@@ -89,7 +89,7 @@ static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32
 #define co_accel_traverse bench_inexact
 
 static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                               const LeafHits *hits, float *t, float *u, float *v)
+                               const LeafHits *hits, float from, float to, Place *out)
 {
     float edge[3], sum = 0.0f;
     for (int c = 0; c < 3; c++)
@@ -99,10 +99,10 @@ static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32
         edge[c] *= inv;
         sum += edge[c] * ((const float *)hits->z)[co_leaf_corner(leaf, c, i)];
     }
-    *t = sum * shear->sz;
-    *u = edge[1];
-    *v = edge[2];
-    return true;
+    out->t = out->most = sum * shear->sz;
+    out->u = edge[1];
+    out->v = edge[2];
+    return out->t > from && out->t <= to;
 }
 
 #endif

@@ -104,6 +104,7 @@ void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, ui
         store_wide_mask(at += count, co_wide_and(same, co_wide_ne(x, z)));
         co_wide_store(at += count, co_wide_select(less, x, y));
         co_wide_store(at += count, look_up(b, c, i));
+        co_wide_store(at += count, co_wide_residue(x, y, co_wide_mul(x, y)));
         co_wide_store(at += count, co_wide_muladd(x, y, z));
     }
 }

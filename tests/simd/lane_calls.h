@@ -7,7 +7,7 @@
 
 enum {
     LANE_CALL_COUNT = 22, // operations
-    WIDE_CALL_COUNT = 15
+    WIDE_CALL_COUNT = 16
 };
 
 // Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at

@@ -263,7 +263,8 @@ static inline void rays_shear(const Rays *rays, uint32_t j, Shear *out)
                    {rays->shear_org[0][j], rays->shear_org[1][j], rays->shear_org[2][j]},
                    rays->shear_x[j],
                    rays->shear_y[j],
-                   rays->shear_z[j]};
+                   rays->shear_z[j],
+                   rays->dir[z][j]};
 }
 
 // Where it ends now.

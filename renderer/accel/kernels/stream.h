@@ -360,33 +360,68 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
     return ~co_wide_bits(co_wide_and(co_wide_lt(least, zero), co_wide_lt(zero, most)));
 }
 
-// Where triangle i is on the rays `pierced`.
-static inline void stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
-                                CoWide sz, uint32_t pierced, StreamHits *out)
+// A vector of rays along their major axis, and where what they may still hit lies.
+typedef struct StreamLine {
+    CoWide dir, sz; // 1 / dir
+    CoWide from, to;
+} StreamLine;
+
+// See correct_distance.
+static inline CoWide stream_correct(const CoWide x[3], const CoWide y[3], const CoWide z[3],
+                                    CoWide inv, CoWide sum, const StreamLine *line)
+{
+    CoWide left[3], t = co_wide_mul(sum, line->sz);
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        CoWide a = co_wide_mul(x[p], y[q]), b = co_wide_mul(y[p], x[q]);
+        CoWide off = co_wide_sub(co_wide_residue(x[p], y[q], a), co_wide_residue(y[p], x[q], b));
+        left[c] = co_wide_mul(co_wide_add(co_wide_sub(a, b), off), co_wide_sub(z[c], sum));
+    }
+    left[0] = co_wide_mul(co_wide_add(co_wide_add(left[0], left[1]), left[2]), inv);
+    left[0] = co_wide_sub(left[0], co_wide_residue(t, line->dir, sum));
+    return co_wide_add(t, co_wide_mul(left[0], line->sz));
+}
+
+// Where triangle i is on the rays `pierced`. Returns those that may hit it, see place_hit.
+static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
+                                    const StreamLine *line, uint32_t pierced, StreamHits *out)
 {
     const CoWide zero = co_wide_set1(0.0f);
-    CoWide edge[3];
+    CoWide edge[3], x[3], y[3], z[3];
     stream_pierce(leaf, i, points, edge);
     CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]), size = co_wide_abs(det);
     CoWideMask sure =
         co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
-    CoWide inv = co_wide_div(co_wide_set1(1.0f), det), z[3];
+    CoWide inv = co_wide_div(co_wide_set1(1.0f), det);
     for (uint32_t c = 0; c < 3; c++) {
+        uint32_t corner = co_leaf_corner(leaf, c, i);
         sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
-        z[c] = co_wide_load(points->z[co_leaf_corner(leaf, c, i)]);
+        x[c] = co_wide_load(points->x[corner]);
+        y[c] = co_wide_load(points->y[corner]);
+        z[c] = co_wide_load(points->z[corner]);
     }
     CoWide u = co_wide_mul(edge[1], inv), v = co_wide_mul(edge[2], inv);
-    CoWide t = co_wide_mul(u, co_wide_sub(z[1], z[0]));
-    t = co_wide_add(t, co_wide_mul(v, co_wide_sub(z[2], z[0])));
-    co_wide_store(out->t, co_wide_mul(co_wide_add(z[0], t), sz));
+    CoWide sum = co_wide_mul(u, co_wide_sub(z[1], z[0]));
+    sum = co_wide_add(z[0], co_wide_add(sum, co_wide_mul(v, co_wide_sub(z[2], z[0]))));
+    CoWide less = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_LEAST)));
+    CoWide more = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_MOST)));
+    CoWide least = co_wide_min(less, more), most = co_wide_max(less, more);
+    uint32_t off = co_wide_bits(co_wide_le(most, line->from));
+    off |= co_wide_bits(co_wide_lt(line->to, least));
+    pierced &= ~(off & co_wide_bits(sure));
+    if (!pierced)
+        return 0;
+    CoWide t = stream_correct(x, y, z, inv, sum, line);
+    co_wide_store(out->t, co_wide_max(co_wide_min(t, most), least));
     co_wide_store(out->u, u);
     co_wide_store(out->v, v);
     out->unsure = pierced & ~co_wide_bits(sure);
+    return pierced;
 }
 
 // Decides by doubles whether ray `lane` of the vector hits triangle i.
 static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
-                                      float sz, uint32_t lane, StreamHits *hits)
+                                      float dir, uint32_t lane, StreamHits *hits)
 {
     float corner[3][3];
     for (uint32_t c = 0; c < 3; c++) {
@@ -395,8 +430,13 @@ static inline bool stream_pierce_lane(const CoTriLeaf *leaf, uint32_t i, const S
         corner[1][c] = points->y[point][lane];
         corner[2][c] = points->z[point][lane];
     }
-    return pierce_exactly((const float(*)[3])corner, sz, &hits->t[lane], &hits->u[lane],
-                          &hits->v[lane]);
+    Place at;
+    if (!pierce_exactly((const float(*)[3])corner, dir, &at))
+        return false;
+    hits->t[lane] = at.t;
+    hits->u[lane] = at.u;
+    hits->v[lane] = at.v;
+    return true;
 }
 
 #endif

@@ -69,7 +69,7 @@ static inline void count_nodes(Group *group, const Walk *walk, uint32_t fetched,
 }
 
 typedef struct Hit {
-    float t, u, v;
+    Place at;
     uint32_t path, tri;
 } Hit;
 
@@ -79,29 +79,29 @@ static inline bool is_within_ray(const Group *group, uint32_t slot, float t)
     return t > group->tnear[slot] && t <= group->best_t[slot];
 }
 
-// Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now. Returns
-// true when the ray needs no more.
+// Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now, before
+// that is known to the last bit. Returns true when the ray needs no more.
 static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float exit, float *to)
 {
     float best = group->best_t[slot];
-    if (!is_within_ray(group, slot, hit->t))
+    if (!is_within_ray(group, slot, hit->at.t))
         return false;
     // Before the first hit best is tfar with ids 0, which no tie is below.
-    if (hit->t == best && (hit->path > lane_id(group->best_path[slot]) ||
-                           (hit->path == lane_id(group->best_path[slot]) &&
-                            hit->tri >= lane_id(group->best_tri[slot]))))
+    if (hit->at.t == best && (hit->path > lane_id(group->best_path[slot]) ||
+                              (hit->path == lane_id(group->best_path[slot]) &&
+                               hit->tri >= lane_id(group->best_tri[slot]))))
         return false;
     group->found |= 1ull << slot;
     if (group->occlusion >> slot & 1u) {
         group->best_t[slot] = *to = -INFINITE;
         return true;
     }
-    group->best_t[slot] = hit->t;
-    group->best_u[slot] = hit->u;
-    group->best_v[slot] = hit->v;
+    group->best_t[slot] = hit->at.t;
+    group->best_u[slot] = hit->at.u;
+    group->best_v[slot] = hit->at.v;
     group->best_path[slot] = id_lane(hit->path);
     group->best_tri[slot] = id_lane(hit->tri);
-    *to = float_min(exit, hit->t);
+    *to = float_min(exit, hit->at.most);
     return false;
 }
 
@@ -119,14 +119,15 @@ static inline __attribute__((always_inline)) bool
 offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear, uint32_t pierced,
               uint32_t path, const LeafHits *hits)
 {
+    const uint32_t slot = ray->slot;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         Hit hit = {.path = path};
-        if (!place_hit(leaf, shear, i, hits, &hit.t, &hit.u, &hit.v) ||
-            !clamp_hit(leaf, ray, i, &hit.t) || !is_within_ray(group, ray->slot, hit.t))
+        if (!place_hit(leaf, shear, i, hits, group->tnear[slot], group->best_t[slot], &hit.at) ||
+            !clamp_hit(leaf, ray, i, &hit.at) || !is_within_ray(group, slot, hit.at.t))
             continue;
         hit.tri = co_leaf_tri(leaf, i);
-        if (offer_hit(group, ray->slot, &hit, ray->exit, &ray->to))
+        if (offer_hit(group, slot, &hit, ray->exit, &ray->to))
             return true;
     }
     return false;
@@ -164,7 +165,8 @@ static inline uint32_t offer_each(Group *group, Rays *rays, uint32_t j, uint32_t
     rays->nearer |= (uint64_t)pierced << j;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t lane = (uint32_t)__builtin_ctz(pierced), at = j + lane;
-        Hit hit = {hits->t[lane], hits->u[lane], hits->v[lane], path, tri};
+        float t = hits->t[lane];
+        Hit hit = {{t, hits->u[lane], hits->v[lane], t, t}, path, tri};
         if (offer_hit(group, rays->slot[at], &hit, rays->exit[at], &rays->to[at]))
             done |= 1u << lane;
     }
@@ -227,16 +229,22 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
     uint32_t any = list_pierced(leaf, &points, active, triangles, rays_of);
     if (!any)
         return;
-    const CoWide sz = co_wide_load(rays->inv[axis] + j);
+    StreamLine line = {.dir = co_wide_load(rays->dir[axis] + j),
+                       .sz = co_wide_load(rays->inv[axis] + j),
+                       .from = rays->is_in_order ? co_wide_load(group->tnear + j)
+                                                 : co_wide_set1(-INFINITE)};
     const bool is_placed = walk->is_placed;
     stream_boxes(rays, slabs, j, co_wide_load((is_placed ? rays->placed_pad : rays->pad) + j),
                  &boxes);
     for (; any; any &= any - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(any), pierced = rays_of[i] & active;
-        stream_place(leaf, i, &points, sz, pierced, &hits);
+        line.to = co_wide_load(rays->to + j);
+        pierced = stream_place(leaf, i, &points, &line, pierced, &hits);
+        if (!pierced)
+            continue;
         for (uint32_t unsure = hits.unsure; unsure; unsure &= unsure - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(unsure);
-            if (!stream_pierce_lane(leaf, i, &points, rays->inv[axis][j + lane], lane, &hits))
+            if (!stream_pierce_lane(leaf, i, &points, rays->dir[axis][j + lane], lane, &hits))
                 pierced &= ~(1u << lane);
         }
         pierced = clamp_vector(rays, j, &boxes, leaf, i, pierced, &hits);
@@ -355,8 +363,8 @@ static void walk_alone(Group *group, Rays *rays, uint64_t active, const Walk *wa
     }
 }
 
-#include "accel/kernels/together.h"
 #include "accel/kernels/intake.h"
+#include "accel/kernels/together.h"
 
 static void trace_run(const CoAccelScene *scene, const CoRayBatch *batch, const uint8_t *flags,
                       CoHitBatch *hits, size_t begin, uint32_t count, bool grouped,

@@ -6,22 +6,33 @@
 // the right sign or is 0, and where it is 0 it is taken again in double, in which products of
 // floats are exact. Triangles that share an edge share its sheared points, so no ray passes between
 // them. Both sides hit, hence the winding is left as it is.
+//
+// A distance is corrected by what the roundings on the way to it left out, so that it is good to
+// 2 ulp of the triangle's largest coordinate for slivers too. What bounds it is known before:
+// nothing but the choice among hits waits for the correction.
 
 #ifndef CO_ACCEL_KERNELS_TRIANGLE_H
 #define CO_ACCEL_KERNELS_TRIANGLE_H
 
 #include "accel/kernels/one_ray.h"
+#include "simd/residue.h"
+
+// What a distance may be corrected by at most.
+#define CO_CORRECTED_LEAST (1.0f - 0x1p-8f)
+#define CO_CORRECTED_MOST (1.0f + 0x1p-8f)
 
 // A ray as the triangle test needs it.
 typedef struct Shear {
     uint32_t x, y, z; // axes; z is that of the largest direction component
     float org[3];     // along x, y, z
     float sx, sy, sz;
+    float dir; // along z
 } Shear;
 
 static inline void shear_load(const Ray *ray, Shear *shear)
 {
     const float *org = (const float *)&ray->org, *inv = (const float *)&ray->inv;
+    const float *dir = (const float *)&ray->dir;
     uint32_t z = ray->major, x = next_axis(z), y = next_axis(x);
     shear->x = x;
     shear->y = y;
@@ -32,6 +43,7 @@ static inline void shear_load(const Ray *ray, Shear *shear)
     shear->sx = ray->shear_x;
     shear->sy = ray->shear_y;
     shear->sz = inv[z];
+    shear->dir = dir[z];
 }
 
 enum {
@@ -104,9 +116,15 @@ static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, L
     return pierced & ((2u << (count - 1)) - 1u);
 }
 
+// Where a ray meets a triangle.
+typedef struct Place {
+    float t, u, v;
+    float least, most; // that t may be, known before it is
+} Place;
+
 // A hit of one triangle in double, from its float sheared corners. False when it is missed or
 // has no area along the ray.
-static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, float *u, float *v)
+static inline bool pierce_exactly(const float corner[3][3], float dir, Place *out)
 {
     const float *x = corner[0], *y = corner[1], *z = corner[2];
     double edge[3];
@@ -121,16 +139,42 @@ static inline bool pierce_exactly(const float corner[3][3], float sz, float *t, 
         return false;
     double sum = (edge[0] / det) * (double)z[0] + (edge[1] / det) * (double)z[1] +
                  (edge[2] / det) * (double)z[2];
-    *t = (float)(sum * (double)sz);
-    *u = (float)(edge[1] / det);
-    *v = (float)(edge[2] / det);
+    out->t = out->least = out->most = (float)(sum / (double)dir);
+    out->u = (float)(edge[1] / det);
+    out->v = (float)(edge[2] / det);
     return true;
 }
 
-// Where a triangle that may be pierced is. False when it is missed: where float does not decide it
-// is taken again in double. Few triangles of a leaf come here, mostly one: vectors do not pay.
+// By edge, x[p] and x[q] of the corners that its function is a product of, see pierce_vector.
+static inline CoFour edge_first(CoFour x)
+{
+    return __builtin_shuffle(x, (CoFourBits){2, 0, 1, 3});
+}
+
+static inline CoFour edge_second(CoFour x)
+{
+    return __builtin_shuffle(x, (CoFourBits){1, 2, 0, 3});
+}
+
+// The distance of a hit at depth `sum`, corrected: by how far the weighted corners are from there
+// when the weights are taken with what their products were off by, and by what the product with sz
+// and sz itself are off by. A step of Newton's, so it does not matter that inv is rounded.
+static inline float correct_distance(CoFour x, CoFour y, CoFour z, float inv, float sum,
+                                     const Shear *shear)
+{
+    const CoFour xp = edge_first(x), xq = edge_second(x), yp = edge_first(y), yq = edge_second(y);
+    CoFour a = xp * yq, b = yp * xq;
+    CoFour off = co_four_residue(xp, yq, a) - co_four_residue(yp, xq, b);
+    CoFour part = ((a - b) + off) * (z - co_four_set1(sum));
+    float left = part[0] + part[1] + part[2], t = sum * shear->sz;
+    return t + (left * inv - co_float_residue(t, shear->dir, sum)) * shear->sz;
+}
+
+// Where a triangle that may be pierced is. False when it is missed, or surely not in (from, to]:
+// where float does not decide it is taken again in double. Few triangles of a leaf come here,
+// mostly one: vectors do not pay.
 static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                             const LeafHits *hits, float *t, float *u, float *v)
+                             const LeafHits *hits, float from, float to, Place *out)
 {
     float corner[3][3], edge[3];
     const float *sheared[3] = {(const float *)hits->x, (const float *)hits->y,
@@ -145,18 +189,29 @@ static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t
     bool is_sure = (size > 1e-30f) & (size < 1e30f) & (edge[0] != 0.0f) & (edge[1] != 0.0f) &
                    (edge[2] != 0.0f);
     if (!is_sure)
-        return pierce_exactly((const float(*)[3])corner, shear->sz, t, u, v);
+        return pierce_exactly((const float(*)[3])corner, shear->dir, out);
     // From a corner on: the roundings of u and v are multiplied by the size of the triangle only.
     const float *z = corner[2], inv = 1.0f / det;
-    *u = edge[1] * inv;
-    *v = edge[2] * inv;
-    *t = (z[0] + (*u * (z[1] - z[0]) + *v * (z[2] - z[0]))) * shear->sz;
+    out->u = edge[1] * inv;
+    out->v = edge[2] * inv;
+    float sum = z[0] + (out->u * (z[1] - z[0]) + out->v * (z[2] - z[0]));
+    float less = sum * (shear->sz * CO_CORRECTED_LEAST);
+    float more = sum * (shear->sz * CO_CORRECTED_MOST);
+    out->least = float_min(less, more);
+    out->most = float_max(less, more);
+    if ((out->most <= from) | (out->least > to))
+        return false;
+    CoFour four[3];
+    for (int k = 0; k < 3; k++)
+        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], 0.0f};
+    float t = correct_distance(four[0], four[1], four[2], inv, sum, shear);
+    out->t = float_max(float_min(t, out->most), out->least);
     return true;
 }
 
 // Clamps t into the triangle's own box and the boxes of the instances on the way. False when the
 // line is not in them at all.
-static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, float *t)
+static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, Place *at)
 {
     CoFour corner[3];
     for (uint32_t c = 0; c < 3; c++) {
@@ -169,7 +224,8 @@ static inline bool clamp_hit(const CoTriLeaf *leaf, const Ray *ray, uint32_t i, 
     float from = ray->entry, to = ray->exit;
     if (!slab_box(ray, ray->pad, lo, hi, &from, &to))
         return false;
-    *t = float_max(float_min(*t, to), from);
+    at->t = float_max(float_min(at->t, to), from);
+    at->most = float_max(float_min(at->most, to), from);
     return true;
 }
 
