@@ -118,30 +118,6 @@ static void exposure_color_and_multiplier_scale(void **state)
     co_lights_destroy(lights);
 }
 
-static void blackbodies_are_those_of_usd(void **state)
-{
-    (void)state;
-    // UsdLuxBlackbodyTemperatureAsRgb of usd-core 26.11.
-    static const float measured[][4] = {
-        {500, 4.3055f, 0.11836f, 0.0f},      {1500, 3.12852f, 0.46823f, 0.0f},
-        {2000, 2.52057f, 0.64689f, 0.0204f}, {3200, 1.6799f, 0.8660f, 0.3256f},
-        {6500, 1.0433f, 0.9836f, 1.0346f},   {10000, 0.8718f, 0.9947f, 1.4300f},
-        {40000, 0.8718f, 0.9947f, 1.4300f},
-    };
-    for (int i = 0; i < 7; i++) {
-        CoVec3 rgb = co_blackbody_rgb(measured[i][0]);
-        assert_true(fabsf(rgb.x - measured[i][1]) < 4e-3f);
-        assert_true(fabsf(rgb.y - measured[i][2]) < 4e-3f);
-        assert_true(fabsf(rgb.z - measured[i][3]) < 4e-3f);
-    }
-    for (float k = 1000.0f; k < 10000.0f; k += 37.0f) {
-        CoVec3 rgb = co_blackbody_rgb(k);
-        float luminance = 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
-        assert_true(fabsf(luminance - 1.0f) < 1e-3f);
-    }
-    assert_true(isfinite(co_blackbody_rgb(NAN).x));
-}
-
 static void temperature_passes_through_the_rendering_matrix(void **state)
 {
     (void)state;
@@ -393,7 +369,6 @@ int main(void)
         cmocka_unit_test(normalized_lights_keep_their_power_at_any_size),
         cmocka_unit_test(an_ellipsoid_is_normalized_by_its_area),
         cmocka_unit_test(exposure_color_and_multiplier_scale),
-        cmocka_unit_test(blackbodies_are_those_of_usd),
         cmocka_unit_test(temperature_passes_through_the_rendering_matrix),
         cmocka_unit_test(shaping_follows_the_schema),
         cmocka_unit_test(a_rect_shows_its_image_upright),
