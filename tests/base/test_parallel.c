@@ -2,6 +2,7 @@
 
 #include "base/parallel.h"
 
+#include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -99,6 +100,82 @@ static void count_parallel(void *context, size_t begin, size_t end, uint32_t wor
         atomic_fetch_add((atomic_size_t *)context, end - begin);
 }
 
+static void call_again(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    for (size_t i = begin; i < end; i++)
+        co_parallel_for(100, 1, count_parallel, context);
+}
+
+static void calls_within_calls_end(void **state)
+{
+    (void)state;
+    atomic_size_t seen = 0;
+    co_worker_count_set(4);
+    co_parallel_for(50, 1, call_again, &seen);
+    assert_int_equal(seen, 50 * 100);
+    assert_false(co_in_parallel());
+    co_worker_count_set(0);
+}
+
+static void count_workers(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    atomic_size_t *calls = context;
+    assert_int_equal(begin + 1, end);
+    atomic_fetch_add(&calls[worker], 1);
+}
+
+// As many as blocks, however many threads there are; in calls so short that helpers come too late.
+static void few_blocks_have_few_workers(void **state)
+{
+    (void)state;
+    co_worker_count_set(8);
+    for (size_t i = 0; i < 20000; i++) {
+        atomic_size_t calls[8] = {0};
+        size_t blocks = 2 + i % 3, sum = 0;
+        co_parallel_for(blocks, 1, count_workers, calls);
+        for (size_t k = 0; k < 8; k++) {
+            sum += calls[k];
+            assert_true(calls[k] == 0 || k < blocks);
+        }
+        assert_int_equal(sum, blocks);
+    }
+    co_worker_count_set(0);
+}
+
+static void *work_alone(void *context)
+{
+    Work *work = context;
+    co_worker_count_set(3);
+    for (size_t count = 2; count < 2000; count += 37) {
+        memset(work, 0, sizeof *work);
+        co_parallel_for(count, 3, mark, work);
+        for (size_t i = 0; i < count; i++)
+            if (work->seen[i] != 1)
+                return NULL;
+        if (work->shared)
+            return NULL;
+    }
+    return context;
+}
+
+static void callers_do_not_disturb_each_other(void **state)
+{
+    (void)state;
+    enum {
+        CALLERS = 4
+    };
+    static Work work[CALLERS];
+    pthread_t callers[CALLERS];
+    for (int i = 0; i < CALLERS; i++)
+        assert_int_equal(pthread_create(&callers[i], NULL, work_alone, &work[i]), 0);
+    for (int i = 0; i < CALLERS; i++) {
+        void *done = NULL;
+        pthread_join(callers[i], &done);
+        assert_ptr_equal(done, &work[i]);
+    }
+}
+
 static void parallel_calls_know_that_they_are(void **state)
 {
     (void)state;
@@ -121,6 +198,9 @@ int main(void)
         cmocka_unit_test(one_thread_gets_all_at_once),
         cmocka_unit_test(counts_of_threads_are_bounded),
         cmocka_unit_test(parallel_calls_know_that_they_are),
+        cmocka_unit_test(calls_within_calls_end),
+        cmocka_unit_test(few_blocks_have_few_workers),
+        cmocka_unit_test(callers_do_not_disturb_each_other),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
