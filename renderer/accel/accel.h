@@ -27,6 +27,20 @@ size_t co_bvh_leaf_bytes(const CoBvh *bvh); // of these; the rest are nodes
 // one or cannot follow: it must then be destroyed. Hits are those of a BVH built anew.
 bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh);
 
+// Blocks in large pages that BVHs of small meshes share: a walk goes from one to the next as rays
+// happen to, and small pages cost it a look into the page table each time. {NULL} is none yet. Of
+// one thread.
+typedef struct CoBvhBlocks {
+    struct CoBvhBlock *open; // with room left
+} CoBvhBlocks;
+
+// Moves a BVH that nothing refers to yet into a block, if it is small and there is memory. A block
+// lives until all BVHs in it are destroyed, and their room is not used again: for many at once.
+void co_bvh_pack(CoBvh *bvh, CoBvhBlocks *blocks);
+
+// No more are to come. BVHs stay where they are.
+void co_bvh_blocks_close(CoBvhBlocks *blocks);
+
 // One placement, object -> group, in the group's float frame.
 typedef struct CoInstance {
     uint32_t object;

@@ -64,6 +64,8 @@ void co_prims_free(CoPrimArray *prims);
 void co_wide_node_clear(CoWideNode *node);
 void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref);
 
+void co_bvh_block_leave(CoBvhBlock *block);
+
 // Measures the instances of a top again and numbers their paths. False when it is not the same ones
 // that have a box.
 bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *objects);

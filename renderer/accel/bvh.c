@@ -215,8 +215,12 @@ void co_bvh_destroy(CoBvh *bvh)
 {
     if (!bvh)
         return;
-    co_tree_clear(&bvh->tree);
-    co_free(CO_MEMORY_ACCEL, bvh->leaves, bvh->leaf_capacity);
+    if (bvh->block) {
+        co_bvh_block_leave(bvh->block);
+    } else {
+        co_tree_clear(&bvh->tree);
+        co_free(CO_MEMORY_ACCEL, bvh->leaves, bvh->leaf_capacity);
+    }
     co_free(CO_MEMORY_ACCEL, bvh, sizeof *bvh);
 }
 

@@ -9,6 +9,8 @@
 
 #include "accel/accel.h"
 
+#include <stdatomic.h>
+
 enum {
     CO_NODE_WIDTH = 8,
     CO_LEAF_WIDTH = 16,     // most triangles of a leaf, and most distinct points
@@ -108,10 +110,17 @@ typedef struct CoTree {
     double built_cost; // what a walk was expected to cost when it was built; 0: not known yet
 } CoTree;
 
+// Head of a block that BVHs share; the thread that fills it is one of the users.
+typedef struct CoBvhBlock {
+    atomic_size_t users;
+    size_t used; // bytes
+} CoBvhBlock;
+
 struct CoBvh {
     CoTree tree;
     unsigned char *leaves;
     size_t leaf_bytes, leaf_capacity;
+    CoBvhBlock *block; // that nodes and leaves stand in, or NULL
     // What leaf references count: leaves and CO_LEAF_UNIT, or the mesh's patches themselves.
     const unsigned char *leaf_at;
     size_t leaf_stride;

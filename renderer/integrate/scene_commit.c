@@ -13,16 +13,20 @@
 // Meshes larger than this are built one at a time, each by all threads; smaller ones side by side.
 enum { PARALLEL_BUILD_TRIANGLES = 50000 };
 
+// Trees of small meshes share blocks where so many triangles are built at once; after small edits
+// each stands alone, so that it can be freed alone.
+enum { SHARED_BLOCK_TRIANGLES = 1 << 20 };
+
 typedef struct MeshBuilds {
     CohortScene *scene;
     const uint32_t *list; // object ids
     CohortError *errors;  // one per entry
+    CoBvhBlocks *blocks;  // by worker; NULL: trees stand alone
     const volatile int *stop;
 } MeshBuilds;
 
 static void build_meshes(void *context, size_t begin, size_t end, uint32_t worker)
 {
-    (void)worker;
     const MeshBuilds *b = context;
     for (size_t i = begin; i < end; i++) {
         CoSceneObject *o = &b->scene->objects[b->list[i]];
@@ -35,12 +39,29 @@ static void build_meshes(void *context, size_t begin, size_t end, uint32_t worke
         o->is_deformed = false;
         co_bvh_destroy(o->bvh);
         o->bvh = co_bvh_create(&o->mesh, &b->errors[i]);
+        if (o->bvh && b->blocks)
+            co_bvh_pack(o->bvh, &b->blocks[worker]);
     }
+}
+
+static void build_small_meshes(MeshBuilds *builds, size_t count)
+{
+    const uint32_t workers = co_worker_count();
+    uint64_t triangles = 0;
+    for (size_t i = 0; i < count; i++)
+        triangles += builds->scene->objects[builds->list[i]].mesh.tri_count;
+    if (triangles >= SHARED_BLOCK_TRIANGLES)
+        builds->blocks = co_alloc_zero(TAG, workers * sizeof *builds->blocks);
+    co_parallel_for(count, 1, build_meshes, builds);
+    for (uint32_t w = 0; builds->blocks && w < workers; w++)
+        co_bvh_blocks_close(&builds->blocks[w]);
+    co_free(TAG, builds->blocks, workers * sizeof *builds->blocks);
+    builds->blocks = NULL;
 }
 
 static bool commit_mesh_list(MeshBuilds *builds, size_t small, size_t count, CohortError *err)
 {
-    co_parallel_for(small, 1, build_meshes, builds);
+    build_small_meshes(builds, small);
     for (size_t i = small; i < count; i++)
         build_meshes(builds, i, i + 1, 0);
     for (size_t i = 0; i < count; i++) {
@@ -73,7 +94,7 @@ static bool commit_meshes(CohortScene *scene, const volatile int *stop, CohortEr
         if (pass == 0)
             small = count;
     }
-    MeshBuilds builds = {scene, list, errors, stop};
+    MeshBuilds builds = {.scene = scene, .list = list, .errors = errors, .stop = stop};
     ok = ok ? commit_mesh_list(&builds, small, count, err)
             : CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for %u objects", n);
     co_free(TAG, list, n * sizeof *list);

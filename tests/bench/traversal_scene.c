@@ -189,22 +189,35 @@ bool bench_scene_make(const char *name, BenchScene *out)
     return true;
 }
 
+typedef struct Builds {
+    BenchScene *scene;
+    CoBvhBlocks *blocks; // of each worker
+} Builds;
+
 static void build_meshes(void *context, size_t begin, size_t end, uint32_t worker)
 {
-    BenchScene *scene = context;
-    (void)worker;
-    for (size_t i = begin; i < end; i++)
-        scene->objects[i].bvh = co_bvh_create(&scene->meshes[i], NULL);
+    const Builds *builds = context;
+    for (size_t i = begin; i < end; i++) {
+        CoBvh *bvh = co_bvh_create(&builds->scene->meshes[i], NULL);
+        if (bvh)
+            co_bvh_pack(bvh, &builds->blocks[worker]);
+        builds->scene->objects[i].bvh = bvh;
+    }
 }
 
 bool bench_scene_build(BenchScene *scene)
 {
     uint32_t n = scene->mesh_count;
+    CoBvhBlocks *blocks = calloc(co_worker_count(), sizeof *blocks);
+    Builds builds = {scene, blocks};
     if (scene->meshes[0].tri_count > LARGE_MESH)
         for (uint32_t i = 0; i < n; i++)
-            build_meshes(scene, i, i + 1, 0);
+            build_meshes(&builds, i, i + 1, 0);
     else
-        co_parallel_for(n, 1, build_meshes, scene);
+        co_parallel_for(n, 1, build_meshes, &builds);
+    for (uint32_t w = 0; w < co_worker_count(); w++)
+        co_bvh_blocks_close(&blocks[w]);
+    free(blocks);
     for (uint32_t i = 0; i < n; i++)
         if (!scene->objects[i].bvh)
             return false;
