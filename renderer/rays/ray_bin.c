@@ -1,5 +1,5 @@
-// A worker gathers records and gives them to a bin's file many at a time: a disk wants whole pages,
-// memory no more than stays in the inner cache until it is copied.
+// A worker gathers records and gives them to a bin's file many at a time: a disk wants whole pages, and
+// copies to memory that go around the caches are waited for at each end.
 #include "rays/ray_bin_parts.h"
 
 #include "base/error.h"
@@ -9,8 +9,7 @@
 
 enum {
     LOCAL_RECORDS_MAX = 1024, // of 36 bytes: nine whole pages per write
-    LOCAL_RECORDS_MIN = 16,
-    MEMORY_RECORDS = 64 // of 36, 40 or 44 bytes: whole cache lines
+    LOCAL_RECORDS_MIN = 16
 };
 
 // --- life ---------------------------------------------------------------------------------------
@@ -33,11 +32,9 @@ static bool allocate_buffers(CoRayBins *bins, const char *folder)
         memcpy(bins->folder, folder, bins->folder_bytes);
     size_t words = (size_t)bins->local_records * bins->stride;
     for (uint32_t worker = 0; worker < bins->workers; worker++)
-        for (uint32_t b = 0; b < CO_RAY_BINS; b++) {
-            CoBinLocal *local = &bins->worker[worker].local[b];
-            local->words = bins->local_words + ((size_t)worker * CO_RAY_BINS + b) * words;
-            local->most = bins->local_records;
-        }
+        for (uint32_t b = 0; b < CO_RAY_BINS; b++)
+            bins->worker[worker].local[b].words =
+                bins->local_words + ((size_t)worker * CO_RAY_BINS + b) * words;
     return true;
 }
 
@@ -182,8 +179,6 @@ static bool commit(CoRayBins *bins, uint32_t bin, CoBinLocal *local)
         if (!co_bin_file_write(bins, file, start, words, take))
             return false;
         local->written += file->memory ? 0 : take;
-        local->most = file->memory && MEMORY_RECORDS < bins->local_records ? MEMORY_RECORDS
-                                                                           : bins->local_records;
         if (atomic_fetch_add(&file->committed, take) + take == bins->capacity)
             make_ready(bins, file);
         words += take * bins->stride;
@@ -205,7 +200,7 @@ bool co_ray_bins_push(CoRayBins *bins, uint32_t worker, const uint32_t *words, u
     CO_ASSERT(worker < bins->workers && bin < CO_RAY_BINS);
     CoBinLocal *local = &bins->worker[worker].local[bin];
     copy_record(local->words + (size_t)local->count * bins->stride, words, bins->stride);
-    if (++local->count < local->most)
+    if (++local->count < bins->local_records)
         return true;
     if (!atomic_load_explicit(&bins->has_failed, memory_order_relaxed))
         return commit(bins, bin, local);

@@ -30,7 +30,6 @@ struct CoBinFile {
 typedef struct CoBinLocal {
     uint32_t *words; // room for local_records records
     uint32_t count;
-    uint32_t most;               // records to gather: few for memory, many for a disk
     uint64_t committed, written; // records: all of them; to disk
 } CoBinLocal;
 
