@@ -386,16 +386,17 @@ static inline CoWide stream_correct(const CoWide x[3], const CoWide y[3], const 
 static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
                                     const StreamLine *line, uint32_t pierced, StreamHits *out)
 {
-    const CoWide zero = co_wide_set1(0.0f);
     CoWide edge[3], x[3], y[3], z[3];
     stream_pierce(leaf, i, points, edge);
     CoWide det = co_wide_add(co_wide_add(edge[0], edge[1]), edge[2]), size = co_wide_abs(det);
     CoWideMask sure =
         co_wide_and(co_wide_lt(co_wide_set1(1e-30f), size), co_wide_lt(size, co_wide_set1(1e30f)));
+    CoWide smallest = co_wide_min(co_wide_abs(edge[0]), co_wide_abs(edge[1]));
+    smallest = co_wide_min(smallest, co_wide_abs(edge[2]));
+    sure = co_wide_and(sure, co_wide_lt(co_wide_set1(0.0f), smallest));
     CoWide inv = co_wide_div(co_wide_set1(1.0f), det);
     for (uint32_t c = 0; c < 3; c++) {
         uint32_t corner = co_leaf_corner(leaf, c, i);
-        sure = co_wide_and(sure, co_wide_ne(edge[c], zero));
         x[c] = co_wide_load(points->x[corner]);
         y[c] = co_wide_load(points->y[corner]);
         z[c] = co_wide_load(points->z[corner]);

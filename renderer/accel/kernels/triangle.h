@@ -186,8 +186,9 @@ static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t
             corner[k][c] = sheared[k][point];
     }
     float det = edge[0] + edge[1] + edge[2], size = __builtin_fabsf(det);
-    bool is_sure = (size > 1e-30f) & (size < 1e30f) & (edge[0] != 0.0f) & (edge[1] != 0.0f) &
-                   (edge[2] != 0.0f);
+    float smallest = float_min(__builtin_fabsf(edge[0]), __builtin_fabsf(edge[1]));
+    smallest = float_min(smallest, __builtin_fabsf(edge[2]));
+    bool is_sure = (size > 1e-30f) & (size < 1e30f) & (smallest > 0.0f);
     if (!is_sure)
         return pierce_exactly((const float(*)[3])corner, shear->dir, out);
     // From a corner on: the roundings of u and v are multiplied by the size of the triangle only.
@@ -203,7 +204,7 @@ static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t
         return false;
     CoFour four[3];
     for (int k = 0; k < 3; k++)
-        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], 0.0f};
+        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], corner[k][0]};
     float t = correct_distance(four[0], four[1], four[2], inv, sum, shear);
     out->t = float_max(float_min(t, out->most), out->least);
     return true;
