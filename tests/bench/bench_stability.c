@@ -5,7 +5,7 @@
 // Not a test: prints tables for docs/stability.md.
 // Usage: bench_stability [--rays N] [--embree-rays N] [--case NAME] [--first-block N]
 //   --rays: of each case (10 million; Embree 1 million); soups and hashes: a tenth,
-//     cost: a twentieth
+//     cost, unused: a twentieth
 //   --first-block: rays come in blocks of 16,384, numbered; other blocks are other rays
 //
 // Leak: a ray that starts inside a closed mesh and meets nothing. False hit: the ray's line passes
@@ -546,6 +546,8 @@ int main(int argc, char **argv)
 #ifdef BENCH_PLAIN
     if (is_named("cost", only) && co_accel_kernels("avx2"))
         stability_cost(rays / 20);
+    if (is_named("unused", only) && co_accel_kernels("avx2"))
+        stability_unused(rays / 20);
 #endif
     if (is_named("hashes", only))
         is_clean &= run_hashes(first_block, rays / 10);

@@ -1,4 +1,4 @@
-// Traversals that are not watertight, for bench_stability alone.
+// Traversals that are not watertight, and those that know no options, for bench_stability alone.
 
 #ifndef TESTS_BENCH_PLAIN_KERNEL_H
 #define TESTS_BENCH_PLAIN_KERNEL_H
@@ -7,5 +7,7 @@
 
 CoTraverseFn bench_moeller_avx2;
 CoTraverseFn bench_inexact_avx2;
+CoTraverseFn bench_bare_avx2;
+CoTraverseFn bench_bare_avx512;
 
 #endif

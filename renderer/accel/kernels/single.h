@@ -163,12 +163,6 @@ static inline void count_visited(Group *group, const CoBvh *bvh, uint32_t nodes,
 
 static void enter_instance(Group *group, Ray *ray, const Walk *walk, uint32_t index);
 
-// Instances are seen by most.
-static inline bool is_hidden(const Group *group, const Ray *ray, const CoPlaced *placed)
-{
-    return placed->hidden_from && group->flags && group->flags[ray->slot] & placed->hidden_from;
-}
-
 static inline const SlabEnds *ends_in_place(const Ray *ray, const CoTree *tree, SlabEnds *out)
 {
     CoFour near_c, far_c;

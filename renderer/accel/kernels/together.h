@@ -290,17 +290,6 @@ static inline void take_inner(const Rays *rays, const StreamSlabs *slabs, uint64
     }
 }
 
-// Rays that may meet what is hidden from some.
-static uint64_t not_hidden(const Group *group, const Rays *rays, uint64_t active, uint32_t hidden)
-{
-    for (uint64_t left = group->flags ? active : 0; left; left &= left - 1) {
-        uint32_t j = (uint32_t)__builtin_ctzll(left);
-        if (group->flags[rays->slot[j]] & hidden)
-            active &= ~(1ull << j);
-    }
-    return active;
-}
-
 static inline void pad_placed(Rays *rays, uint64_t active, const CoBox *box)
 {
     for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH)
@@ -331,8 +320,7 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
     Rays *rays = stream->rays;
     const CoPlaced *placed = &stream->walk->object->top->placed[index];
     const uint32_t path = stream->walk->path + placed->first_path;
-    if (placed->hidden_from)
-        active = not_hidden(group, rays, active, placed->hidden_from);
+    active = not_hidden(group, rays, active, placed);
     if (placed->is_in_place && active && !(active & rays->signed_zero)) {
         const Walk below = {&placed->bvh->tree, placed->bvh, NULL, path, true};
         walk_in_place(stream, active, &below);

@@ -30,6 +30,8 @@ typedef struct Group {
     const uint8_t *flags;                                    // by slot, or NULL
 } Group;
 
+#include "accel/kernels/options.h"
+
 // Numbers that go where lanes go: as the bits of floats.
 static inline float id_lane(uint32_t id)
 {
@@ -76,7 +78,7 @@ typedef struct Hit {
 // Not behind its start, nor what it has met.
 static inline bool is_within_ray(const Group *group, uint32_t slot, float t)
 {
-    return t > group->tnear[slot] && t <= group->best_t[slot];
+    return t > start_of(group, slot) && t <= group->best_t[slot];
 }
 
 // Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now, before
@@ -123,7 +125,7 @@ offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear,
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         Hit hit = {.path = path};
-        if (!place_hit(leaf, shear, i, hits, group->tnear[slot], group->best_t[slot], &hit.at) ||
+        if (!place_hit(leaf, shear, i, hits, start_of(group, slot), group->best_t[slot], &hit.at) ||
             !clamp_hit(leaf, ray, i, &hit.at) || !is_within_ray(group, slot, hit.at.t))
             continue;
         hit.tri = co_leaf_tri(leaf, i);
@@ -181,7 +183,7 @@ static inline uint32_t offer_vector(Group *group, Rays *rays, uint32_t j, uint32
     if (!rays->is_in_order || (uint32_t)(group->occlusion >> j) & pierced)
         return offer_each(group, rays, j, pierced, hits, path, tri);
     CoWide t = co_wide_load(hits->t), best = co_wide_load(group->best_t + j);
-    pierced &= co_wide_bits(co_wide_lt(co_wide_load(group->tnear + j), t));
+    pierced &= co_wide_bits(co_wide_lt(starts_of(group, j), t));
     uint32_t nearer = pierced & co_wide_bits(co_wide_lt(t, best));
     uint32_t tied = pierced & ~co_wide_bits(co_wide_ne(t, best));
     CoWideMask mask = co_wide_mask(nearer);
@@ -231,8 +233,7 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
         return;
     StreamLine line = {.dir = co_wide_load(rays->dir[axis] + j),
                        .sz = co_wide_load(rays->inv[axis] + j),
-                       .from = rays->is_in_order ? co_wide_load(group->tnear + j)
-                                                 : co_wide_set1(-INFINITE)};
+                       .from = rays->is_in_order ? starts_of(group, j) : co_wide_set1(-INFINITE)};
     const bool is_placed = walk->is_placed;
     stream_boxes(rays, slabs, j, co_wide_load((is_placed ? rays->placed_pad : rays->pad) + j),
                  &boxes);
