@@ -382,6 +382,22 @@ static inline CoWide stream_correct(const CoWide x[3], const CoWide y[3], const 
     return co_wide_add(t, co_wide_mul(left[0], line->sz));
 }
 
+// See is_depth_sure.
+static inline CoWideMask stream_depth_is_sure(const CoWide x[3], const CoWide y[3],
+                                              const CoWide z[3], CoWide sum, CoWide det)
+{
+    CoWide largest = co_wide_set1(0.0f);
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        CoWide a = co_wide_abs(co_wide_mul(x[p], y[q])), b = co_wide_abs(co_wide_mul(y[p], x[q]));
+        largest = co_wide_max(largest, co_wide_max(a, b));
+    }
+    CoWide extent = co_wide_add(co_wide_abs(co_wide_sub(z[1], z[0])),
+                                co_wide_abs(co_wide_sub(z[2], z[0])));
+    CoWide off = co_wide_mul(largest, co_wide_mul(extent, co_wide_set1(CO_DEPTH_IS_SURE)));
+    return co_wide_lt(off, co_wide_abs(co_wide_mul(sum, det)));
+}
+
 // Where triangle i is on the rays `pierced`. Returns those that may hit it, see place_hit.
 static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
                                     const StreamLine *line, uint32_t pierced, StreamHits *out)
@@ -404,6 +420,7 @@ static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const Str
     CoWide u = co_wide_mul(edge[1], inv), v = co_wide_mul(edge[2], inv);
     CoWide sum = co_wide_mul(u, co_wide_sub(z[1], z[0]));
     sum = co_wide_add(z[0], co_wide_add(sum, co_wide_mul(v, co_wide_sub(z[2], z[0]))));
+    sure = co_wide_and(sure, stream_depth_is_sure(x, y, z, sum, det));
     CoWide less = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_LEAST)));
     CoWide more = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_MOST)));
     CoWide least = co_wide_min(less, more), most = co_wide_max(less, more);

@@ -21,6 +21,12 @@
 #define CO_CORRECTED_LEAST (1.0f - 0x1p-8f)
 #define CO_CORRECTED_MOST (1.0f + 0x1p-8f)
 
+// Edge functions are off by less than two units in the last place of the largest product in them, so
+// the depth is by 8 times that over det of the triangle's extent in z. Where that is less than half of
+// what may be corrected, depth times det is more than product times extent times this: all but
+// slivers, and triangles that lie along the ray, as near to its origin as one that it has just left.
+#define CO_DEPTH_IS_SURE 0x1p-11f
+
 // A ray as the triangle test needs it.
 typedef struct Shear {
     uint32_t x, y, z; // axes; z is that of the largest direction component
@@ -170,6 +176,14 @@ static inline float correct_distance(CoFour x, CoFour y, CoFour z, float inv, fl
     return t + (left * inv - co_float_residue(t, shear->dir, sum)) * shear->sz;
 }
 
+static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum, float det)
+{
+    CoFour a = edge_first(x) * edge_second(y), b = edge_first(y) * edge_second(x);
+    float extent = __builtin_fabsf(z[1] - z[0]) + __builtin_fabsf(z[2] - z[0]);
+    CoFour off = co_four_max(co_four_abs(a), co_four_abs(b)) * (extent * CO_DEPTH_IS_SURE);
+    return co_four_below3(off, __builtin_fabsf(sum * det));
+}
+
 // Where a triangle that may be pierced is. False when it is missed, or surely not in (from, to]:
 // where float does not decide it is taken again in double. Few triangles of a leaf come here,
 // mostly one: vectors do not pay.
@@ -185,26 +199,27 @@ static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t
         for (int k = 0; k < 3; k++)
             corner[k][c] = sheared[k][point];
     }
+    CoFour four[3];
+    for (int k = 0; k < 3; k++)
+        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], corner[k][0]};
     float det = edge[0] + edge[1] + edge[2], size = __builtin_fabsf(det);
     float smallest = float_min(__builtin_fabsf(edge[0]), __builtin_fabsf(edge[1]));
     smallest = float_min(smallest, __builtin_fabsf(edge[2]));
-    bool is_sure = (size > 1e-30f) & (size < 1e30f) & (smallest > 0.0f);
-    if (!is_sure)
-        return pierce_exactly((const float(*)[3])corner, shear->dir, out);
     // From a corner on: the roundings of u and v are multiplied by the size of the triangle only.
     const float *z = corner[2], inv = 1.0f / det;
     out->u = edge[1] * inv;
     out->v = edge[2] * inv;
     float sum = z[0] + (out->u * (z[1] - z[0]) + out->v * (z[2] - z[0]));
+    bool is_sure = (size > 1e-30f) & (size < 1e30f) & (smallest > 0.0f) &
+                   is_depth_sure(four[0], four[1], z, sum, det);
+    if (!is_sure)
+        return pierce_exactly((const float(*)[3])corner, shear->dir, out);
     float less = sum * (shear->sz * CO_CORRECTED_LEAST);
     float more = sum * (shear->sz * CO_CORRECTED_MOST);
     out->least = float_min(less, more);
     out->most = float_max(less, more);
     if ((out->most <= from) | (out->least > to))
         return false;
-    CoFour four[3];
-    for (int k = 0; k < 3; k++)
-        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], corner[k][0]};
     float t = correct_distance(four[0], four[1], four[2], inv, sum, shear);
     out->t = float_max(float_min(t, out->most), out->least);
     return true;
