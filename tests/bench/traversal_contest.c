@@ -93,6 +93,8 @@ void bench_print_row(Bench *bench, const BenchRow *row)
         printf("null");
     printf(", \"threads\": %u, \"isa\": \"%s\", \"what\": \"%s\"", bench->threads, bench->isa,
            row->what);
+    if (strncmp(row->what, "sorted", 6) == 0)
+        printf(", \"batch\": %zu", (size_t)1 << bench->options->batch_bits);
     print_number("cohort", row->cohort);
     print_number("embree_fast", row->embree[0]);
     print_number("embree_robust", row->embree[1]);

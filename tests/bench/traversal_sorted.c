@@ -220,8 +220,8 @@ void bench_measure_sorted_total(Bench *bench)
             scale * parts[PART_PACK], scale * parts[PART_SORT], scale * parts[PART_TRACE]);
     CoRayBinStats stats;
     co_ray_bins_stats(bins, &stats);
-    fprintf(stderr, "  bins: %u in memory, %u on disk\n", stats.files_in_memory,
-            stats.files_on_disk);
+    fprintf(stderr, "  batches of 2^%d; bins: %u in memory, %u on disk\n",
+            bench->options->batch_bits, stats.files_in_memory, stats.files_on_disk);
     co_ray_bins_destroy(bins);
     co_ray_batch_clear(&batch);
 }
