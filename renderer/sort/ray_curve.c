@@ -15,14 +15,18 @@ enum {
     RUN_DENSE = 2048,
     DENSE = 1 << 20,
     CELL_RAYS_BITS = 5,  // log2 of the rays of a cell, were they spread evenly
-    CELL_BITS_MAX = 15,  // log2 of how many cells
+    CELL_BITS_MAX = 18,  // log2 of how many cells
     FINE_BITS = 6,       // that a place is known better than by its cell, at least
     DIRECTION_BITS_MAX = 2 * CO_KEY_MIXED_BITS + CO_KEY_FACE_BITS,
     DIGIT_BITS_MAX = 10, // of the sort within a large cell
     BLOCKS_MAX = 16,
     BLOCK_MIN = 16384,
-    COUNT_PART = 1024 // items that are counted while they are in cache
+    COUNT_PART = 1024, // items that are counted while they are in cache
+    INDEX_BITS_MAX = 26
 };
+
+_Static_assert((CELL_BITS_MAX + FINE_BITS + 2) / 3 * 3 + DIRECTION_BITS_MAX + INDEX_BITS_MAX < 64,
+               "an item has a bit left for what is invalid");
 
 // Neighboring cells that hold at most a run of rays, or one cell that holds more.
 typedef struct Segment {
@@ -237,7 +241,7 @@ static void choose_keys(Curve *curve)
     curve->cell_bits = cell_bits_of(sort->records->count);
     curve->run_most = sort->records->count < DENSE ? RUN_LEAST : RUN_DENSE;
     *grid = (CoKeyGrid){.low = sort->low};
-    grid->index_bits = co_radix_bits((uint32_t)sort->records->count);
+    grid->index_bits = co_radix_bits((uint32_t)sort->records->count - 1);
     grid->levels = (curve->cell_bits + FINE_BITS + 2) / 3;
     grid->place_bits = 3 * grid->levels;
     grid->axis_bits = is_mixed ? CO_KEY_MIXED_BITS : CO_KEY_DIRECTION_BITS;
