@@ -201,14 +201,14 @@ void cohort_adapter_destroy(CohortAdapter *a)
 
 // ---- Populate ----------------------------------------------------------------------------------
 
-// The built-in sky goes through a file, as every dome texture does: one without a name, so that nothing
-// stays of it however the process ends.
+// The built-in sky goes through a file, as every dome texture does: one without a name, so that
+// nothing stays of it however the process ends.
 static bool make_sky(CohortAdapter *a, CohortError *err)
 {
     const char *folder = getenv("TMPDIR");
     char path[512];
-    int n = snprintf(path, sizeof path, "%s/cohort-sky-XXXXXX",
-                     folder && folder[0] ? folder : "/tmp");
+    folder = folder && folder[0] ? folder : "/tmp";
+    int n = snprintf(path, sizeof path, "%s/cohort-sky-XXXXXX", folder);
     int file = n > 0 && (size_t)n < sizeof path ? mkstemp(path) : -1;
     CO_CHECK(file >= 0, err, COHORT_ERROR_FILE_WRITE,
              "cannot make a temporary file for the sky, %.150s; TMPDIR names another folder", path);
@@ -218,7 +218,10 @@ static bool make_sky(CohortAdapter *a, CohortError *err)
     snprintf(path, sizeof path, "/proc/self/fd/%d", file);
     a->env_file = copy_text(a, path);
     CO_CHECK_MEMORY(a->env_file, err);
-    return co_sky_write(path, err);
+    CO_CHECK(co_sky_write(path, NULL), err, COHORT_ERROR_FILE_WRITE,
+             "the sky, half a megabyte, does not fit into %.150s; TMPDIR names another folder",
+             folder);
+    return true;
 }
 
 static bool add_own_lights(CohortAdapter *a, CohortError *err)

@@ -341,6 +341,8 @@ static void files_that_do_not_fit(void **state)
     snprintf(text, sizeof text, "%s --memory %ldM", asked, strtol(named + 9, NULL, 10) + 3);
     command_run_limited(&ran, 16384, text);
     assert_refused(&ran, 4, "--scratch");
+    command_run_limited(&ran, 16384, "render stage.usda --spp 1 --env sky -o x.exr");
+    assert_refused(&ran, 4, "TMPDIR");
     // The scratch files of such batches fit, the picture does not.
     command_run_limited(&ran, 16384, "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
     assert_refused(&ran, 4, "x.exr");
