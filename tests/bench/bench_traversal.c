@@ -118,25 +118,22 @@ static void measure_all_rays(Bench *bench)
 static void measure_build(Bench *bench)
 {
     double seconds[3][BENCH_REPEATS_MAX] = {{0}}, ratios[2][BENCH_REPEATS_MAX] = {{0}},
-           count = (double)bench->scene.triangles;
+           own = (double)bench->scene.own_triangles, count = (double)bench->scene.triangles;
     int repeats = bench->options->repeats;
     BenchRow row = {.what = "build"};
     bool has_embree = true;
     for (int round = 0; round < repeats; round++) {
-        bench_scene_unbuild(&bench->scene);
-        double start = co_clock_seconds();
-        bench_scene_build(&bench->scene);
-        seconds[0][round] = co_clock_seconds() - start;
+        seconds[0][round] = bench_scene_rebuild(&bench->scene);
         for (int mode = 0; mode < 2 && has_embree; mode++) {
             BenchEmbree *embree = bench_embree_create(&bench->scene, bench->isa, mode,
                                                       bench->threads, &seconds[1 + mode][round]);
             has_embree = embree != NULL;
             bench_embree_destroy(embree);
             if (has_embree)
-                ratios[mode][round] = seconds[1 + mode][round] / seconds[0][round];
+                ratios[mode][round] = own / count * seconds[1 + mode][round] / seconds[0][round];
         }
     }
-    row.cohort = count * 1e-6 / bench_median(seconds[0], repeats);
+    row.cohort = own * 1e-6 / bench_median(seconds[0], repeats);
     for (int mode = 0; mode < 2 && has_embree; mode++) {
         row.embree[mode] = count * 1e-6 / bench_median(seconds[1 + mode], repeats);
         row.ratio[mode] = bench_median(ratios[mode], repeats);
@@ -180,7 +177,7 @@ static void measure_isa(Bench *bench)
             continue;
         co_worker_count_set(bench->threads);
         measure_all_rays(bench);
-        if (bench_is_listed(o->what, "build") && bench->scene.meshes)
+        if (bench_is_listed(o->what, "build"))
             measure_build(bench);
     }
     bench_embree_destroy(bench->embree[0]);

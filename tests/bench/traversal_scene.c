@@ -1,5 +1,6 @@
 #include "traversal_scene.h"
 
+#include "base/clock.h"
 #include "base/hash.h"
 #include "base/parallel.h"
 
@@ -187,6 +188,76 @@ bool bench_scene_make(const char *name, BenchScene *out)
         return false;
     finish(out);
     return true;
+}
+
+// Trees over the meshes of a stage, which keeps its own.
+typedef struct Rebuild {
+    const CoAccelScene *scene;
+    uint32_t *list; // objects, large meshes last
+    CoBvh **trees;
+    CoBvhBlocks *blocks; // of each worker
+    uint32_t count, small;
+} Rebuild;
+
+static void list_meshes(Rebuild *r)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        for (uint32_t i = 0; i < r->scene->object_count; i++) {
+            const CoMesh *mesh = r->scene->objects[i].mesh;
+            if (mesh && (mesh->tri_count > LARGE_MESH) == pass)
+                r->list[r->count++] = i;
+        }
+        if (pass == 0)
+            r->small = r->count;
+    }
+}
+
+static void rebuild_meshes(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Rebuild *r = context;
+    for (size_t i = begin; i < end; i++) {
+        r->trees[i] = co_bvh_create(r->scene->objects[r->list[i]].mesh, NULL);
+        if (r->trees[i] && i < r->small)
+            co_bvh_pack(r->trees[i], &r->blocks[worker]);
+    }
+}
+
+static double rebuild_objects(const CoAccelScene *scene)
+{
+    Rebuild r = {.scene = scene};
+    r.list = calloc(scene->object_count, sizeof *r.list);
+    r.trees = calloc(scene->object_count, sizeof(CoBvh *));
+    r.blocks = calloc(co_worker_count(), sizeof *r.blocks);
+    list_meshes(&r);
+    double start = co_clock_seconds();
+    co_parallel_for(r.small, 1, rebuild_meshes, &r);
+    for (uint32_t i = r.small; i < r.count; i++)
+        rebuild_meshes(&r, i, i + 1, 0);
+    for (uint32_t w = 0; w < co_worker_count(); w++)
+        co_bvh_blocks_close(&r.blocks[w]);
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        const CoObject *object = &scene->objects[i];
+        if (object->top)
+            co_top_destroy(co_top_create(object->instances, object->instance_count,
+                                         scene->objects, NULL));
+    }
+    double seconds = co_clock_seconds() - start;
+    for (uint32_t i = 0; i < r.count; i++)
+        co_bvh_destroy(r.trees[i]);
+    free(r.blocks);
+    free(r.trees);
+    free(r.list);
+    return seconds;
+}
+
+double bench_scene_rebuild(BenchScene *scene)
+{
+    if (!scene->meshes)
+        return rebuild_objects(&scene->accel);
+    bench_scene_unbuild(scene);
+    double start = co_clock_seconds();
+    bench_scene_build(scene);
+    return co_clock_seconds() - start;
 }
 
 typedef struct Builds {

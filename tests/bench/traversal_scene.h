@@ -31,6 +31,9 @@ bool bench_scene_open(const char *name, const char *stage, BenchScene *out);
 bool bench_scene_build(BenchScene *scene);
 void bench_scene_unbuild(BenchScene *scene);
 
+// Seconds of building all trees of any scene anew; a stage keeps its old ones.
+double bench_scene_rebuild(BenchScene *scene);
+
 size_t bench_scene_tree_bytes(const BenchScene *scene);
 void bench_scene_destroy(BenchScene *scene);
 
