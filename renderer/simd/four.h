@@ -62,7 +62,11 @@ static inline bool co_four_same3(CoFour a, CoFour b)
 static inline bool co_four_below3(CoFour a, float limit)
 {
     CoFourBits x = a < co_four_set1(limit);
+#ifdef __SSE__
+    return (__builtin_ia32_movmskps((CoFour)x) & 7) == 7;
+#else
     return x[0] & x[1] & x[2] & 1;
+#endif
 }
 
 // Largest of the first three and `least`.

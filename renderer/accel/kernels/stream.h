@@ -392,10 +392,11 @@ static inline CoWideMask stream_depth_is_sure(const CoWide x[3], const CoWide y[
         CoWide a = co_wide_abs(co_wide_mul(x[p], y[q])), b = co_wide_abs(co_wide_mul(y[p], x[q]));
         largest = co_wide_max(largest, co_wide_max(a, b));
     }
-    CoWide extent = co_wide_add(co_wide_abs(co_wide_sub(z[1], z[0])),
-                                co_wide_abs(co_wide_sub(z[2], z[0])));
-    CoWide off = co_wide_mul(largest, co_wide_mul(extent, co_wide_set1(CO_DEPTH_IS_SURE)));
-    return co_wide_lt(off, co_wide_abs(co_wide_mul(sum, det)));
+    CoWide extent =
+        co_wide_add(co_wide_abs(co_wide_sub(z[1], z[0])), co_wide_abs(co_wide_sub(z[2], z[0])));
+    CoWide part = co_wide_mul(extent, co_wide_set1(CO_DEPTH_IS_SURE));
+    CoWide depth = co_wide_max(co_wide_abs(sum), co_wide_mul(part, co_wide_set1(CO_NO_SLIVER)));
+    return co_wide_lt(co_wide_mul(largest, part), co_wide_mul(depth, co_wide_abs(det)));
 }
 
 // Where triangle i is on the rays `pierced`. Returns those that may hit it, see place_hit.

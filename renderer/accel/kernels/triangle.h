@@ -21,11 +21,16 @@
 #define CO_CORRECTED_LEAST (1.0f - 0x1p-8f)
 #define CO_CORRECTED_MOST (1.0f + 0x1p-8f)
 
-// Edge functions are off by less than two units in the last place of the largest product in them, so
-// the depth is by 8 times that over det of the triangle's extent in z. Where that is less than half of
-// what may be corrected, depth times det is more than product times extent times this: all but
-// slivers, and triangles that lie along the ray, as near to its origin as one that it has just left.
+// Edge functions are off by less than two units in the last place of the largest product in them,
+// so the depth is by 8 times that over det of the triangle's extent in z. Where that is less than
+// half of what may be corrected, depth times det is more than product times extent times this: all
+// but slivers, and triangles that lie along the ray, as near to its origin as one that it has just
+// left.
 #define CO_DEPTH_IS_SURE 0x1p-11f
+
+// A triangle is no sliver while its products are at most so many times det: what its depth is off
+// by then is within what rays that leave it are moved by.
+#define CO_NO_SLIVER 8.0f
 
 // A ray as the triangle test needs it.
 typedef struct Shear {
@@ -130,7 +135,8 @@ typedef struct Place {
 
 // A hit of one triangle in double, from its float sheared corners. False when it is missed or
 // has no area along the ray.
-static inline bool pierce_exactly(const float corner[3][3], float dir, Place *out)
+static __attribute__((noinline)) bool pierce_exactly(const float corner[3][3], float dir,
+                                                     Place *out)
 {
     const float *x = corner[0], *y = corner[1], *z = corner[2];
     double edge[3];
@@ -180,40 +186,49 @@ static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum
 {
     CoFour a = edge_first(x) * edge_second(y), b = edge_first(y) * edge_second(x);
     float extent = __builtin_fabsf(z[1] - z[0]) + __builtin_fabsf(z[2] - z[0]);
-    CoFour off = co_four_max(co_four_abs(a), co_four_abs(b)) * (extent * CO_DEPTH_IS_SURE);
-    return co_four_below3(off, __builtin_fabsf(sum * det));
+    float part = extent * CO_DEPTH_IS_SURE, depth = __builtin_fabsf(sum);
+    CoFour off = co_four_max(co_four_abs(a), co_four_abs(b)) * part;
+    return co_four_below3(off, float_max(depth, part * CO_NO_SLIVER) * __builtin_fabsf(det));
 }
 
 // Where a triangle that may be pierced is. False when it is missed, or surely not in (from, to]:
 // where float does not decide it is taken again in double. Few triangles of a leaf come here,
 // mostly one: vectors do not pay.
-static inline bool place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                             const LeafHits *hits, float from, float to, Place *out)
+static inline __attribute__((always_inline)) bool place_hit(const CoTriLeaf *leaf,
+                                                            const Shear *shear, uint32_t i,
+                                                            const LeafHits *hits, float from,
+                                                            float to, Place *out)
 {
-    float corner[3][3], edge[3];
+    float edge[3];
+    uint32_t at[3];
+    CoFour four[3];
     const float *sheared[3] = {(const float *)hits->x, (const float *)hits->y,
                                (const float *)hits->z};
     for (uint32_t c = 0; c < 3; c++) {
         uint32_t point = co_leaf_corner(leaf, c, i);
         edge[c] = ((const float *)hits->edge[c])[i];
-        for (int k = 0; k < 3; k++)
-            corner[k][c] = sheared[k][point];
+        at[c] = point;
     }
-    CoFour four[3];
     for (int k = 0; k < 3; k++)
-        four[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], corner[k][0]};
+        four[k] =
+            (CoFour){sheared[k][at[0]], sheared[k][at[1]], sheared[k][at[2]], sheared[k][at[0]]};
     float det = edge[0] + edge[1] + edge[2], size = __builtin_fabsf(det);
     float smallest = float_min(__builtin_fabsf(edge[0]), __builtin_fabsf(edge[1]));
     smallest = float_min(smallest, __builtin_fabsf(edge[2]));
     // From a corner on: the roundings of u and v are multiplied by the size of the triangle only.
-    const float *z = corner[2], inv = 1.0f / det;
+    const float z[3] = {sheared[2][at[0]], sheared[2][at[1]], sheared[2][at[2]]}, inv = 1.0f / det;
     out->u = edge[1] * inv;
     out->v = edge[2] * inv;
     float sum = z[0] + (out->u * (z[1] - z[0]) + out->v * (z[2] - z[0]));
     bool is_sure = (size > 1e-30f) & (size < 1e30f) & (smallest > 0.0f) &
                    is_depth_sure(four[0], four[1], z, sum, det);
-    if (!is_sure)
+    if (!is_sure) {
+        float corner[3][3];
+        for (int k = 0; k < 3; k++)
+            for (int c = 0; c < 3; c++)
+                corner[k][c] = four[k][c];
         return pierce_exactly((const float(*)[3])corner, shear->dir, out);
+    }
     float less = sum * (shear->sz * CO_CORRECTED_LEAST);
     float more = sum * (shear->sz * CO_CORRECTED_MOST);
     out->least = float_min(less, more);
