@@ -134,9 +134,9 @@ typedef struct Place {
 } Place;
 
 // A hit of one triangle in double, from its float sheared corners. False when it is missed or
-// has no area along the ray.
-static __attribute__((noinline)) bool pierce_exactly(const float corner[3][3], float dir,
-                                                     Place *out)
+// has no area along the ray. Inline: a call is rare, but what it spills is not.
+static inline __attribute__((always_inline)) bool pierce_exactly(const float corner[3][3],
+                                                                 float dir, Place *out)
 {
     const float *x = corner[0], *y = corner[1], *z = corner[2];
     double edge[3];
