@@ -389,14 +389,15 @@ static inline CoWideMask stream_depth_is_sure(const CoWide x[3], const CoWide y[
     CoWide largest = co_wide_set1(0.0f);
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
-        CoWide a = co_wide_abs(co_wide_mul(x[p], y[q])), b = co_wide_abs(co_wide_mul(y[p], x[q]));
-        largest = co_wide_max(largest, co_wide_max(a, b));
+        largest = co_wide_max(largest, co_wide_abs(co_wide_mul(x[p], y[q])));
     }
     CoWide extent =
         co_wide_add(co_wide_abs(co_wide_sub(z[1], z[0])), co_wide_abs(co_wide_sub(z[2], z[0])));
+    CoWide size = co_wide_abs(det);
+    largest = co_wide_add(largest, size);
     CoWide part = co_wide_mul(extent, co_wide_set1(CO_DEPTH_IS_SURE));
     CoWide depth = co_wide_max(co_wide_abs(sum), co_wide_mul(part, co_wide_set1(CO_NO_SLIVER)));
-    return co_wide_lt(co_wide_mul(largest, part), co_wide_mul(depth, co_wide_abs(det)));
+    return co_wide_lt(co_wide_mul(largest, part), co_wide_mul(depth, size));
 }
 
 // Where triangle i is on the rays `pierced`. Returns those that may hit it, see place_hit.

@@ -184,11 +184,13 @@ static inline float correct_distance(CoFour x, CoFour y, CoFour z, float inv, fl
 
 static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum, float det)
 {
-    CoFour a = edge_first(x) * edge_second(y), b = edge_first(y) * edge_second(x);
+    CoFour a = edge_first(x) * edge_second(y);
     float extent = __builtin_fabsf(z[1] - z[0]) + __builtin_fabsf(z[2] - z[0]);
     float part = extent * CO_DEPTH_IS_SURE, depth = __builtin_fabsf(sum);
-    CoFour off = co_four_max(co_four_abs(a), co_four_abs(b)) * part;
-    return co_four_below3(off, float_max(depth, part * CO_NO_SLIVER) * __builtin_fabsf(det));
+    float size = __builtin_fabsf(det);
+    // The second product of an edge function is not farther from the first than det from 0.
+    CoFour off = (co_four_abs(a) + size) * part;
+    return co_four_below3(off, float_max(depth, part * CO_NO_SLIVER) * size);
 }
 
 // Where a triangle that may be pierced is. False when it is missed, or surely not in (from, to]:
