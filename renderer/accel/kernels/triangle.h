@@ -160,12 +160,12 @@ static inline __attribute__((always_inline)) bool pierce_exactly(const float cor
 // By edge, x[p] and x[q] of the corners that its function is a product of, see pierce_vector.
 static inline CoFour edge_first(CoFour x)
 {
-    return __builtin_shuffle(x, (CoFourBits){2, 0, 1, 3});
+    return __builtin_shufflevector(x, x, 2, 0, 1, 3);
 }
 
 static inline CoFour edge_second(CoFour x)
 {
-    return __builtin_shuffle(x, (CoFourBits){1, 2, 0, 3});
+    return __builtin_shufflevector(x, x, 1, 2, 0, 3);
 }
 
 // The distance of a hit at depth `sum`, corrected: by how far the weighted corners are from there
