@@ -60,7 +60,7 @@ for sort in none rays hits both; do
     variant "sort-$sort" --sort "$sort" --batch 16384
     variant "sort-$sort-small" --sort "$sort" --batch 1024 --threads 2
 done
-variant memory --memory 160M
+variant memory --memory "${COHORT_TEST_MEMORY:-160M}" # sanitizers keep more resident
 variant sorter-exact --sort both --sorter exact --batch 16384
 for isa in sse42 avx2 avx512; do
     flag=$isa
