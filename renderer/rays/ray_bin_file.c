@@ -5,7 +5,7 @@
 #include "base/error.h"
 #include "base/mapped_file.h"
 #include "base/memory.h"
-#include "base/stream.h"
+#include "simd/stream_copy.h"
 
 #include <errno.h>
 #include <string.h>

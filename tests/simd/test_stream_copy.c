@@ -1,7 +1,6 @@
 // Copies around the caches: every byte, and no other, whatever the alignment and length.
 
-#include "base/memory.h"
-#include "base/stream.h"
+#include "simd/stream_copy.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

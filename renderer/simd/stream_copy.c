@@ -1,4 +1,4 @@
-#include "base/stream.h"
+#include "simd/stream_copy.h"
 
 #include <stdint.h>
 #include <string.h>

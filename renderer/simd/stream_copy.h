@@ -1,7 +1,7 @@
 // Copies of what is not read again soon.
 
-#ifndef CO_BASE_STREAM_H
-#define CO_BASE_STREAM_H
+#ifndef CO_SIMD_STREAM_COPY_H
+#define CO_SIMD_STREAM_COPY_H
 
 #include <stddef.h>
 
