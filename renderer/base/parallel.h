@@ -1,5 +1,4 @@
-// The one thread pool. A caller does all that nobody else has begun and waits for nobody who has not:
-// where processors are busy with other things, or woken late, it takes no longer than alone.
+// The one thread pool: OpenMP behind a function that says what a worker may rely on.
 
 #ifndef CO_BASE_PARALLEL_H
 #define CO_BASE_PARALLEL_H
@@ -13,8 +12,7 @@
 typedef void CoParallelFn(void *context, size_t begin, size_t end, uint32_t worker);
 
 // Calls fn over [0, count) in blocks of at most `grain` items (0 = 1), claimed dynamically, and
-// returns when all are done. What fn writes must not depend on which worker or when. Any number of
-// threads may call at once.
+// returns when all are done. What fn writes must not depend on which worker or when.
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context);
 
 // Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most 64 or

@@ -130,7 +130,7 @@ static void few_blocks_have_few_workers(void **state)
 {
     (void)state;
     co_worker_count_set(8);
-    for (size_t i = 0; i < 20000; i++) {
+    for (size_t i = 0; i < 300; i++) {
         atomic_size_t calls[8] = {0};
         size_t blocks = 2 + i % 3, sum = 0;
         co_parallel_for(blocks, 1, count_workers, calls);

@@ -1,7 +1,8 @@
 // Trees: triangles built per second, surface-area cost, bytes and peak, beside Embree's medium
 // quality where that is installed, in alternated runs. Not a test: prints numbers.
 // Then what a ray visits, from ten thousand triangles to as many thousands as the last argument
-// says. Usage: bench_build [thousand triangles [rounds [threads [most thousands]]]]
+// says. With other work on the machine, OMP_WAIT_POLICY=passive keeps waiting threads from taking
+// part. Usage: bench_build [thousand triangles [rounds [threads [most thousands]]]]
 
 #include "accel/build.h"
 #include "base/clock.h"
