@@ -94,6 +94,11 @@ static void run_rounds(CoRenderThread *t)
 {
     CohortError error = {0};
     bool ok = true;
+    if (cohort_render_is_done(t->render)) { // a film resumed that has all its samples
+        pthread_mutex_unlock(&t->lock);
+        publish(t);
+        pthread_mutex_lock(&t->lock);
+    }
     while (ok && !t->must_stop && !cohort_render_is_done(t->render)) {
         pthread_mutex_unlock(&t->lock);
         ok = cohort_render_round(t->render, &error);

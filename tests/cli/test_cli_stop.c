@@ -94,7 +94,7 @@ static void a_snapshot_goes_on(void **state)
     assert_int_equal(ran.code, 5);
 }
 
-static const char finite[] = "render stage.usda -q --spp 1024 --size 48x36 --progress alf";
+static const char finite[] = "render stage.usda -q --spp 4096 --size 48x36 --progress alf";
 
 static void assert_resumes_to(const char *whole)
 {
@@ -155,6 +155,26 @@ static void resume_refuses_another_picture(void **state)
     command_run(&ran, "%s --resume", endless);
     assert_ran(&ran, 3, "x.exr.film");
     remove_outputs();
+}
+
+// Killed between its last film and its picture, or asked for fewer samples than it has.
+static void a_film_with_all_its_samples_becomes_a_picture(void **state)
+{
+    (void)state;
+    Ran ran;
+    command_run(&ran, "render stage.usda -q -o whole.exr --spp 1024");
+    assert_int_equal(ran.code, 0);
+    pid_t pid = start_endless();
+    kill(pid, SIGUSR1);
+    assert_true(command_await_file("x.exr"));
+    kill(pid, SIGINT);
+    command_wait(pid, &ran);
+    assert_true(file_exists("x.exr.film"));
+    command_run(&ran, "render stage.usda -q -o x.exr --spp 1 --resume");
+    assert_ran(&ran, 0, "");
+    assert_status("complete");
+    command_run(&ran, "diff x.exr whole.exr --tolerance 0.05");
+    assert_int_equal(ran.code, 0);
 }
 
 static void resume_without_a_film_begins(void **state)
@@ -240,6 +260,7 @@ int main(void)
         cmocka_unit_test(interrupted_while_loading),
         cmocka_unit_test(a_snapshot_goes_on),
         cmocka_unit_test(resumed),
+        cmocka_unit_test(a_film_with_all_its_samples_becomes_a_picture),
         cmocka_unit_test(resume_refuses_another_picture),
         cmocka_unit_test(resume_without_a_film_begins),
         cmocka_unit_test(a_failed_write_keeps_the_film),
