@@ -4,8 +4,8 @@
 #define TESTS_ACCEL_ACCEL_SCENE_H
 
 #include "accel/accel.h"
-#include "base/hash.h"
 #include "base/memory.h"
+#include "support/rays.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,30 +24,6 @@ enum {
 };
 
 static const char *const test_isas[TEST_ISA_COUNT] = {"scalar", "sse42", "avx2", "avx512"};
-
-typedef struct Random {
-    uint64_t state;
-} Random;
-
-static inline uint32_t random_bits(Random *random)
-{
-    return (uint32_t)(co_hash64(random->state++) >> 32);
-}
-
-// In [lo, hi).
-static inline float random_float(Random *random, float lo, float hi)
-{
-    return lo + (hi - lo) * ((float)(random_bits(random) >> 8) * 0x1p-24f);
-}
-
-static inline CoVec3 random_vec3(Random *random, float lo, float hi)
-{
-    CoVec3 v;
-    v.x = random_float(random, lo, hi);
-    v.y = random_float(random, lo, hi);
-    v.z = random_float(random, lo, hi);
-    return v;
-}
 
 // A mesh that owns its arrays.
 typedef struct TestMesh {
@@ -225,53 +201,6 @@ static inline void scene_clear(TestScene *s)
         co_top_destroy(s->tops[i]);
     }
     memset(s, 0, sizeof *s);
-}
-
-static inline CoRayBatch rays_alloc(size_t count)
-{
-    CoRayBatch rays = {.count = count, .capacity = (count + 63) & ~(size_t)63};
-#define TEST_ALLOC(type, name) rays.name = aligned_alloc(64, rays.capacity * sizeof(type));
-    CO_RAY_FIELDS(TEST_ALLOC)
-#undef TEST_ALLOC
-    for (size_t i = 0; i < rays.capacity; i++) {
-        rays.tnear[i] = 0.0f;
-        rays.tfar[i] = INFINITY;
-        rays.record[i] = (uint32_t)i;
-    }
-    return rays;
-}
-
-static inline void rays_free(CoRayBatch *rays)
-{
-#define TEST_FREE(type, name) free(rays->name);
-    CO_RAY_FIELDS(TEST_FREE)
-#undef TEST_FREE
-}
-
-static inline CoHitBatch hits_alloc(size_t count)
-{
-    CoHitBatch hits = {.count = count, .capacity = (count + 63) & ~(size_t)63};
-#define TEST_ALLOC(type, name) hits.name = aligned_alloc(64, hits.capacity * sizeof(type));
-    CO_HIT_FIELDS(TEST_ALLOC)
-#undef TEST_ALLOC
-    return hits;
-}
-
-static inline void hits_free(CoHitBatch *hits)
-{
-#define TEST_FREE(type, name) free(hits->name);
-    CO_HIT_FIELDS(TEST_FREE)
-#undef TEST_FREE
-}
-
-static inline void ray_set(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir)
-{
-    rays->org_x[i] = org.x;
-    rays->org_y[i] = org.y;
-    rays->org_z[i] = org.z;
-    rays->dir_x[i] = dir.x;
-    rays->dir_y[i] = dir.y;
-    rays->dir_z[i] = dir.z;
 }
 
 // Builds over a mesh while the first allocation fails, then the second, until none does; what fails

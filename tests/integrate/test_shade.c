@@ -5,23 +5,6 @@
 
 #include <math.h>
 
-// A square wall of half side `half` at height z that faces the camera.
-static void add_wall(CohortScene *scene, CohortInstanceDesc *place, double half, double z,
-                     uint32_t material, CohortError *err)
-{
-    static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-    static const int32_t indices[] = {0, 1, 2, 3};
-    uint32_t wall = test_quads(scene, points, 4, indices, 1, NULL, material, err);
-    *place = test_place(wall, 0, 0, z, half);
-}
-
-static uint32_t add_light(CohortScene *scene, const CohortLightDesc *light, CohortError *err)
-{
-    uint32_t id = cohort_scene_new_light(scene, err);
-    TEST_OK(cohort_scene_set_light(scene, id, light, err), err);
-    return id;
-}
-
 // One pixel, seen from (0, 0, 5); ends the scene.
 static void look(CohortScene *scene, const CohortInstanceDesc *places, size_t count,
                  const CohortRenderSettings *settings, float out[4])
@@ -65,7 +48,7 @@ static void emission_is_shown_as_it_is(void **state)
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
     CohortInstanceDesc wall;
-    add_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 0.375f, &err), &err);
+    test_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 0.375f, &err), &err);
     float pixel[4];
     look(scene, &wall, 1, &(CohortRenderSettings){.spp = 3}, pixel);
     assert_true(pixel[0] == 0.375f && pixel[2] == 0.375f && pixel[3] == 1.0f);
@@ -79,9 +62,9 @@ static void the_longest_path_is_kept(void **state)
         CohortError err = {0};
         CohortScene *scene = test_scene(&err);
         CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
-        add_light(scene, &dome, &err);
+        test_light(scene, &dome, &err);
         CohortInstanceDesc wall;
-        add_wall(scene, &wall, 100, 0, test_matte(scene, 0.5f, 0.0f, &err), &err);
+        test_wall(scene, &wall, 100, 0, test_matte(scene, 0.5f, 0.0f, &err), &err);
         float pixel[4];
         look(scene, &wall, 1, &(CohortRenderSettings){.spp = 1024, .max_depth = depth}, pixel);
         assert_near(pixel[1], depth == 1 ? 0.0 : 0.5, depth == 1 ? 0.0 : 0.01);
@@ -115,8 +98,8 @@ static void a_mirror_shows_what_is_there(void **state)
     for (int i = 0; i < 3; i++)
         mirror.specular_color.value[i] = 0.5f;
     CohortInstanceDesc walls[2];
-    add_wall(scene, &walls[0], 1, 0, add_material(scene, &mirror, &err), &err);
-    add_wall(scene, &walls[1], 50, 9, test_matte(scene, 0.0f, 2.0f, &err), &err); // behind the eye
+    test_wall(scene, &walls[0], 1, 0, add_material(scene, &mirror, &err), &err);
+    test_wall(scene, &walls[1], 50, 9, test_matte(scene, 0.0f, 2.0f, &err), &err); // behind the eye
     float pixel[4];
     look(scene, walls, 2, &(CohortRenderSettings){.spp = 64}, pixel);
     assert_near(pixel[0], 1.0, 0.02);
@@ -133,8 +116,8 @@ static void what_is_not_there_lets_through(void **state)
     half.opacity_presence = true;
     half.emissive_color.value[0] = 1.0f;
     CohortInstanceDesc walls[2];
-    add_wall(scene, &walls[0], 1, 1, add_material(scene, &half, &err), &err);
-    add_wall(scene, &walls[1], 1, 0, test_matte(scene, 0.0f, 0.5f, &err), &err);
+    test_wall(scene, &walls[0], 1, 1, add_material(scene, &half, &err), &err);
+    test_wall(scene, &walls[1], 1, 0, test_matte(scene, 0.0f, 0.5f, &err), &err);
     float pixel[4];
     look(scene, walls, 2, &(CohortRenderSettings){.spp = 4096}, pixel);
     assert_near(pixel[0], 0.25 * 1.0 + 0.75 * 0.5, 0.02);

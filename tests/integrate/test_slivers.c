@@ -2,10 +2,9 @@
 // what lies behind it, the triangle it leaves and the strips beside it least of all, none that goes
 // in gets out, and the step off the surface stays small against the width.
 
+#include "support/rays.h"
 #include "support/scenes.h"
 
-#include "accel/accel.h"
-#include "base/hash.h"
 #include "integrate/scene_data.h"
 #include "integrate/vertex.h"
 
@@ -31,24 +30,6 @@ typedef struct Counts {
     size_t left, behind, lost;
     double farthest; // step off the surface
 } Counts;
-
-typedef struct Random {
-    uint64_t state;
-} Random;
-
-static float between(Random *random, float lo, float hi)
-{
-    return lo + (hi - lo) * ((float)(co_hash64(random->state++) >> 40) * 0x1p-24f);
-}
-
-static CoVec3 any_direction(Random *random)
-{
-    CoVec3 d;
-    do
-        d = co_vec3(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));
-    while (!(co_dot(d, d) < 1.0f && co_dot(d, d) > 1e-3f));
-    return co_normalize(d);
-}
 
 static void set_point(const Bar *bar, double x, double y, double z, float out[3])
 {
@@ -115,51 +96,6 @@ static CohortScene *make_scene(const Bar *bar, CohortError *err)
     return scene;
 }
 
-static void fill_rays(CoRayBatch *rays, CoHitBatch *hits)
-{
-    *rays = (CoRayBatch){.count = RAYS, .capacity = RAYS};
-    *hits = (CoHitBatch){.count = RAYS, .capacity = RAYS};
-#define ALLOC_RAY(type, name) rays->name = aligned_alloc(64, RAYS * sizeof(type));
-    CO_RAY_FIELDS(ALLOC_RAY)
-#undef ALLOC_RAY
-#define ALLOC_HIT(type, name) hits->name = aligned_alloc(64, RAYS * sizeof(type));
-    CO_HIT_FIELDS(ALLOC_HIT)
-#undef ALLOC_HIT
-}
-
-static void free_rays(CoRayBatch *rays, CoHitBatch *hits)
-{
-#define FREE_RAY(type, name) free(rays->name);
-    CO_RAY_FIELDS(FREE_RAY)
-#undef FREE_RAY
-#define FREE_HIT(type, name) free(hits->name);
-    CO_HIT_FIELDS(FREE_HIT)
-#undef FREE_HIT
-}
-
-static void set_ray(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir)
-{
-    rays->org_x[i] = org.x;
-    rays->org_y[i] = org.y;
-    rays->org_z[i] = org.z;
-    rays->dir_x[i] = dir.x;
-    rays->dir_y[i] = dir.y;
-    rays->dir_z[i] = dir.z;
-    rays->tnear[i] = 0.0f;
-    rays->tfar[i] = INFINITY;
-    rays->record[i] = (uint32_t)i;
-}
-
-static CoVec3 ray_org(const CoRayBatch *rays, size_t i)
-{
-    return co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
-}
-
-static CoVec3 ray_dir(const CoRayBatch *rays, size_t i)
-{
-    return co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
-}
-
 // Corners of a triangle in the render frame, in double.
 static void world_corners(const CohortScene *scene, uint32_t tri, double out[3][3])
 {
@@ -205,7 +141,7 @@ static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
         uint32_t tri = 4 * (uint32_t)(i % AROUND) + (uint32_t)(i / AROUND % 2);
         double p[3][3];
         world_corners(scene, tri, p);
-        float u = between(random, 0, 1), v = between(random, 0, 1);
+        float u = random_float(random, 0, 1), v = random_float(random, 0, 1);
         if (u + v > 1.0f) {
             u = 1.0f - u;
             v = 1.0f - v;
@@ -216,8 +152,8 @@ static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
         float length = (float)sqrt(pow(p[1][0] - p[2][0], 2) + pow(p[1][1] - p[2][1], 2) +
                                    pow(p[1][2] - p[2][2], 2));
         CoVec3 to = co_vec3((float)at[0], (float)at[1], (float)at[2]);
-        CoVec3 from = co_madd(to, any_direction(random), fmaxf(length, 1e-3f) * 2.0f);
-        set_ray(rays, i, from, co_normalize(co_sub(to, from)));
+        CoVec3 from = co_madd(to, random_direction(random), fmaxf(length, 1e-3f) * 2.0f);
+        ray_set(rays, i, from, co_normalize(co_sub(to, from)));
     }
 }
 
@@ -225,15 +161,14 @@ static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
 static void leave(const CohortScene *scene, Random *random, const CoRayBatch *rays,
                   const CoHitBatch *hits, float side, Counts *counts)
 {
-    CoRayBatch next;
-    CoHitBatch found;
+    CoRayBatch next = rays_alloc(RAYS);
+    CoHitBatch found = hits_alloc(RAYS);
     CoPlacementMemo memo = {.instance = COHORT_INVALID_ID};
     CoTraverseStats stats = {0};
     *counts = (Counts){0};
-    fill_rays(&next, &found);
     for (size_t i = 0; i < RAYS; i++) {
         if (!(hits->t[i] < INFINITY)) {
-            set_ray(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
+            ray_set(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
             continue;
         }
         CoHitRecord record = {
@@ -244,14 +179,14 @@ static void leave(const CohortScene *scene, Random *random, const CoRayBatch *ra
         co_vertex_make(scene, &memo, &record, &ray, &vertex);
         // The bar is met from outside.
         CoVec3 normal = co_scale(vertex.ng, side);
-        CoVec3 org = co_vertex_origin(&vertex, normal), dir = any_direction(random);
+        CoVec3 org = co_vertex_origin(&vertex, normal), dir = random_direction(random);
         if (i % 3 == 0) // grazing
             dir = co_normalize(co_madd(dir, normal, -co_dot(dir, normal) * 0.999f));
         if (co_dot(dir, normal) < 0.0f)
             dir = co_neg(dir);
         counts->left++;
         counts->farthest = fmax(counts->farthest, (double)co_length(co_sub(org, vertex.p)));
-        set_ray(&next, i, org, dir);
+        ray_set(&next, i, org, dir);
     }
     co_accel_kernels(NULL)->traverse(&scene->accel, &next, NULL, &found, 0, RAYS, true, &stats);
     for (size_t i = 0; i < RAYS; i++) {
@@ -262,7 +197,8 @@ static void leave(const CohortScene *scene, Random *random, const CoRayBatch *ra
         if (is_hit && is_behind(scene, found.tri[i], ray_org(&next, i), ray_dir(&next, i)))
             counts->behind++;
     }
-    free_rays(&next, &found);
+    rays_free(&next);
+    hits_free(&found);
 }
 
 // 2^-24 of the coordinates, of which points are rounded to.
@@ -275,12 +211,11 @@ static void leave_bar(const Bar *bar, uint64_t seed)
 {
     CohortError err = {0};
     CohortScene *scene = make_scene(bar, &err);
-    CoRayBatch rays;
-    CoHitBatch hits;
+    CoRayBatch rays = rays_alloc(RAYS);
+    CoHitBatch hits = hits_alloc(RAYS);
     CoTraverseStats stats = {0};
     Random random = {seed << 32};
     Counts out, in;
-    fill_rays(&rays, &hits);
     aim(scene, &random, &rays);
     co_accel_kernels(NULL)->traverse(&scene->accel, &rays, NULL, &hits, 0, RAYS, true, &stats);
     leave(scene, &random, &rays, &hits, 1.0f, &out);
@@ -294,7 +229,8 @@ static void leave_bar(const Bar *bar, uint64_t seed)
     assert_int_equal(in.lost, 0);
     // A third of the thinnest strip's width.
     assert_true(fmax(out.farthest, in.farthest) < 3.5e-6 * bar->length + 8 * rounding(bar));
-    free_rays(&rays, &hits);
+    rays_free(&rays);
+    hits_free(&hits);
     cohort_scene_destroy(scene);
 }
 

@@ -4,23 +4,6 @@
 
 #include <math.h>
 
-// A square wall of half side `half` at height z that faces the camera.
-static void add_wall(CohortScene *scene, CohortInstanceDesc *place, double half, double z,
-                     uint32_t material, CohortError *err)
-{
-    static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-    static const int32_t indices[] = {0, 1, 2, 3};
-    uint32_t wall = test_quads(scene, points, 4, indices, 1, NULL, material, err);
-    *place = test_place(wall, 0, 0, z, half);
-}
-
-static uint32_t add_light(CohortScene *scene, const CohortLightDesc *light, CohortError *err)
-{
-    uint32_t id = cohort_scene_new_light(scene, err);
-    TEST_OK(cohort_scene_set_light(scene, id, light, err), err);
-    return id;
-}
-
 // One pixel, seen from (0, 0, 5) up to clip_far.
 static void look(CohortScene *scene, const CohortInstanceDesc *places, size_t count, double near,
                  double far, float out[4])
@@ -52,7 +35,7 @@ static void clip_planes_end_camera_rays(void **state)
         CohortScene *scene = test_scene(&err);
         CohortInstanceDesc wall;
         float pixel[4];
-        add_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 1.0f, &err), &err);
+        test_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 1.0f, &err), &err);
         look(scene, &wall, 1, planes[i].near, planes[i].far, pixel);
         assert_true(pixel[0] == planes[i].want && pixel[3] == planes[i].want);
     }
@@ -71,10 +54,10 @@ static void a_lamp_in_the_picture_hides_the_wall(void **state)
         lamp.transform[3][2] = 2.0;
         if (!away)
             lamp.transform[0][0] = lamp.transform[2][2] = -1.0;
-        add_light(scene, &lamp, &err);
+        test_light(scene, &lamp, &err);
         CohortInstanceDesc wall;
         float pixel[4];
-        add_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 1.0f, &err), &err);
+        test_wall(scene, &wall, 1, 0, test_matte(scene, 0.0f, 1.0f, &err), &err);
         look(scene, &wall, 1, 0.1, 100, pixel);
         assert_true(pixel[0] == (away ? 1.0f : 3.0f));
     }
@@ -92,11 +75,11 @@ static void light_rays_end_at_their_lamp(void **state)
         lamp.normalize = true;
         lamp.transform[3][0] = 3.0;
         lamp.transform[3][2] = 3.0;
-        add_light(scene, &lamp, &err);
+        test_light(scene, &lamp, &err);
         CohortInstanceDesc walls[2];
         uint32_t matte = test_matte(scene, 1.0f, 0.0f, &err);
-        add_wall(scene, &walls[0], 1, 0, matte, &err);
-        add_wall(scene, &walls[1], 0.5, 0, matte, &err);
+        test_wall(scene, &walls[0], 1, 0, matte, &err);
+        test_wall(scene, &walls[1], 0.5, 0, matte, &err);
         double along = k == 1 ? 1.5 : 4.5; // before and beyond it
         walls[1].transform[3][0] = walls[1].transform[3][2] = along;
         float pixel[4];

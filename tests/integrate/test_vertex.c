@@ -1,10 +1,9 @@
 // Where rays leave a surface: whatever the transforms, a ray that leaves a convex body never meets
 // it again, one that goes in always does, and the step off the surface stays small.
 
+#include "support/rays.h"
 #include "support/scenes.h"
 
-#include "accel/accel.h"
-#include "base/hash.h"
 #include "integrate/scene_data.h"
 #include "integrate/vertex.h"
 
@@ -13,59 +12,6 @@
 enum {
     RAYS = 4096
 };
-
-typedef struct Random {
-    uint64_t state;
-} Random;
-
-static float between(Random *random, float lo, float hi)
-{
-    return lo + (hi - lo) * ((float)(co_hash64(random->state++) >> 40) * 0x1p-24f);
-}
-
-static CoVec3 any_direction(Random *random)
-{
-    CoVec3 d;
-    do
-        d = co_vec3(between(random, -1, 1), between(random, -1, 1), between(random, -1, 1));
-    while (!(co_dot(d, d) < 1.0f && co_dot(d, d) > 1e-3f));
-    return co_normalize(d);
-}
-
-static void fill_rays(CoRayBatch *rays, CoHitBatch *hits)
-{
-    *rays = (CoRayBatch){.count = RAYS, .capacity = RAYS};
-    *hits = (CoHitBatch){.count = RAYS, .capacity = RAYS};
-#define ALLOC_RAY(type, name) rays->name = aligned_alloc(64, RAYS * sizeof(type));
-    CO_RAY_FIELDS(ALLOC_RAY)
-#undef ALLOC_RAY
-#define ALLOC_HIT(type, name) hits->name = aligned_alloc(64, RAYS * sizeof(type));
-    CO_HIT_FIELDS(ALLOC_HIT)
-#undef ALLOC_HIT
-}
-
-static void free_rays(CoRayBatch *rays, CoHitBatch *hits)
-{
-#define FREE_RAY(type, name) free(rays->name);
-    CO_RAY_FIELDS(FREE_RAY)
-#undef FREE_RAY
-#define FREE_HIT(type, name) free(hits->name);
-    CO_HIT_FIELDS(FREE_HIT)
-#undef FREE_HIT
-}
-
-static void set_ray(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir)
-{
-    rays->org_x[i] = org.x;
-    rays->org_y[i] = org.y;
-    rays->org_z[i] = org.z;
-    rays->dir_x[i] = dir.x;
-    rays->dir_y[i] = dir.y;
-    rays->dir_z[i] = dir.z;
-    rays->tnear[i] = 0.0f;
-    rays->tfar[i] = INFINITY;
-    rays->record[i] = (uint32_t)i;
-}
 
 // Rotation by Euler angles, scale per axis, then a move; row vectors.
 static void turn(double m[4][4], double a, double b, const double scale[3], const double move[3])
@@ -122,12 +68,13 @@ static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
     CoPlacement placement;
     co_accel_placement(&scene->accel, 0, &placement);
     for (size_t i = 0; i < RAYS; i++) {
-        float at[3] = {between(random, -1, 1), between(random, -1, 1), between(random, -1, 1)};
+        CoVec3 near = random_vec3(random, -1, 1);
+        float at[3] = {near.x, near.y, near.z};
         at[i % 3] = i % 2 ? 1.0f : -1.0f;
-        CoVec3 from = co_scale(any_direction(random), 4.0f);
+        CoVec3 from = co_scale(random_direction(random), 4.0f);
         CoVec3 to = co_affine_point(&placement.to_world, co_vec3_load(at));
         CoVec3 org = co_affine_point(&placement.to_world, from);
-        set_ray(rays, i, org, co_normalize(co_sub(to, org)));
+        ray_set(rays, i, org, co_normalize(co_sub(to, org)));
     }
 }
 
@@ -135,38 +82,38 @@ static void aim(const CohortScene *scene, Random *random, CoRayBatch *rays)
 static size_t leave(const CohortScene *scene, Random *random, const CoRayBatch *rays,
                     const CoHitBatch *hits, float side, float *farthest)
 {
-    CoRayBatch next;
-    CoHitBatch found;
+    CoRayBatch next = rays_alloc(RAYS);
+    CoHitBatch found = hits_alloc(RAYS);
     CoPlacementMemo memo = {.instance = COHORT_INVALID_ID};
     CoTraverseStats stats = {0};
-    fill_rays(&next, &found);
     for (size_t i = 0; i < RAYS; i++) {
         if (!(hits->t[i] < INFINITY)) { // aimed past an edge, by rounding
-            set_ray(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
+            ray_set(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
             continue;
         }
         CoHitRecord record = {
             .tri = hits->tri[i], .u = hits->u[i], .v = hits->v[i], .t = hits->t[i]};
         CoRay ray = {0};
-        record.dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+        record.dir = ray_dir(rays, i);
         CoVertex vertex = {0};
         co_vertex_make(scene, &memo, &record, &ray, &vertex);
         // The side that the ray came from is outside.
         CoVec3 out = co_dot(vertex.ng, vertex.wo) > 0.0f ? vertex.ng : co_neg(vertex.ng);
         CoVec3 normal = co_scale(out, side);
-        CoVec3 org = co_vertex_origin(&vertex, normal), dir = any_direction(random);
+        CoVec3 org = co_vertex_origin(&vertex, normal), dir = random_direction(random);
         if (i % 3 == 0) // grazing
             dir = co_normalize(co_madd(dir, normal, -co_dot(dir, normal) * 0.99999f));
         if (co_dot(dir, normal) < 0.0f)
             dir = co_neg(dir);
         *farthest = fmaxf(*farthest, co_length(co_sub(org, vertex.p)));
-        set_ray(&next, i, org, dir);
+        ray_set(&next, i, org, dir);
     }
     co_accel_kernels(NULL)->traverse(&scene->accel, &next, NULL, &found, 0, RAYS, true, &stats);
     size_t count = 0;
     for (size_t i = 0; i < RAYS; i++)
         count += found.t[i] < INFINITY;
-    free_rays(&next, &found);
+    rays_free(&next);
+    hits_free(&found);
     return count;
 }
 
@@ -177,12 +124,11 @@ static void rays_leave_what_they_hit(void **state)
         const Body *body = &bodies[k];
         CohortError err = {0};
         CohortScene *scene = make_scene(body, &err);
-        CoRayBatch rays;
-        CoHitBatch hits;
+        CoRayBatch rays = rays_alloc(RAYS);
+        CoHitBatch hits = hits_alloc(RAYS);
         CoTraverseStats stats = {0};
         Random random = {k << 32};
         float farthest = 0.0f;
-        fill_rays(&rays, &hits);
         aim(scene, &random, &rays);
         co_accel_kernels(NULL)->traverse(&scene->accel, &rays, NULL, &hits, 0, RAYS, true, &stats);
         size_t again = leave(scene, &random, &rays, &hits, 1.0f, &farthest);
@@ -195,7 +141,8 @@ static void rays_leave_what_they_hit(void **state)
         // Near an edge a step inward may be a step out through the other side.
         assert_true(inside >= RAYS - RAYS / 50);
         assert_true(farthest <= body->most * size);
-        free_rays(&rays, &hits);
+        rays_free(&rays);
+        hits_free(&hits);
         cohort_scene_destroy(scene);
     }
 }

@@ -126,4 +126,21 @@ static inline float *test_render(const CohortScene *scene, const CohortRenderSet
     return pixels;
 }
 
+// A square wall of half side `half` at height z that faces the camera.
+static inline void test_wall(CohortScene *scene, CohortInstanceDesc *place, double half, double z,
+                             uint32_t material, CohortError *err)
+{
+    static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+    static const int32_t indices[] = {0, 1, 2, 3};
+    uint32_t wall = test_quads(scene, points, 4, indices, 1, NULL, material, err);
+    *place = test_place(wall, 0, 0, z, half);
+}
+
+static inline uint32_t test_light(CohortScene *scene, const CohortLightDesc *light, CohortError *err)
+{
+    uint32_t id = cohort_scene_new_light(scene, err);
+    TEST_OK(cohort_scene_set_light(scene, id, light, err), err);
+    return id;
+}
+
 #endif
