@@ -1,18 +1,16 @@
 // Subdivided meshes as patches, beside the same triangles loose and beside Embree's grids and
 // triangles: bytes per triangle, build time, time per ray (CPU seconds, alternated, medians).
-// Not a test: prints numbers. Usage: bench_grid [triangles [rounds [level]]]
+// Not a test: prints numbers.
 
-#include "accel/accel.h"
-#include "base/hash.h"
+#include "arguments.h"
 #include "base/parallel.h"
+#include "support/rays.h"
+#include "timing.h"
 
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
 
 #ifdef BENCH_EMBREE
-#include <embree3/rtcore.h>
+#include "embree_mesh.h"
 #endif
 
 enum {
@@ -21,30 +19,15 @@ enum {
     ROUNDS_MAX = 15
 };
 
-static uint64_t random_state = 1;
-
-static float uniform(void)
-{
-    return (float)(co_hash64(random_state++) >> 40) * 0x1p-24f;
-}
+static const char usage[] = "usage: bench_grid [TRIANGLES [ROUNDS [LEVEL]]]\n"
+                            "  TRIANGLES  about so many at each level (1e6)\n"
+                            "  ROUNDS     the median of which counts, at most 15 (5)\n"
+                            "  LEVEL      of subdivision, 0 to 4 (all)\n"
+                            "BENCH_EMBREE_CONFIG in the environment configures Embree's device.\n";
 
 static double cpu_seconds(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *times, int count)
-{
-    qsort(times, (size_t)count, sizeof *times, compare_doubles);
-    return times[count / 2];
+    return bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 // A bumpy torus of n x n / 2 quads.
@@ -114,38 +97,23 @@ static void place(Place *p, const CoMesh *mesh, const CoBvh *bvh)
     p->scene = (CoAccelScene){p->objects, 2, 1};
 }
 
-static void alloc_batches(CoRayBatch *rays, CoHitBatch *hits)
-{
-    *rays = (CoRayBatch){.count = RAYS, .capacity = RAYS};
-    *hits = (CoHitBatch){.count = RAYS, .capacity = RAYS};
-#define BENCH_RAYS(type, name) rays->name = aligned_alloc(64, RAYS * sizeof(type));
-#define BENCH_HITS(type, name) hits->name = aligned_alloc(64, RAYS * sizeof(type));
-    CO_RAY_FIELDS(BENCH_RAYS)
-    CO_HIT_FIELDS(BENCH_HITS)
-#undef BENCH_RAYS
-#undef BENCH_HITS
-}
-
 // Camera rays in tiles of 8 x 8, or rays of any direction from inside the hole and around.
-static void make_rays(CoRayBatch *rays, bool is_camera)
+static CoRayBatch make_rays(bool is_camera, Random *random)
 {
+    CoRayBatch rays = rays_alloc(RAYS);
     for (uint32_t i = 0; i < RAYS; i++) {
         uint32_t tile = i / 64, x = tile % 64 * 8 + i % 8, y = tile / 64 * 8 + i / 8 % 8;
         CoVec3 org = co_vec3(0.5f, -6.0f, 4.0f);
         CoVec3 dir = co_vec3(((float)x - 255.5f) / 300.0f, 1.0f, -0.7f + (255.5f - (float)y) / 300);
         if (!is_camera) {
-            org = co_vec3(8.0f * uniform() - 4.0f, 8.0f * uniform() - 4.0f, 3.0f * uniform());
-            dir = co_vec3(uniform() - 0.5f, uniform() - 0.5f, uniform() - 0.6f);
+            org = co_mul(random_vec3(random, -1, 1), co_vec3(4.0f, 4.0f, 1.5f));
+            org.z += 1.5f;
+            dir = random_vec3(random, -0.5f, 0.5f);
+            dir.z -= 0.1f;
         }
-        float *fields[6] = {rays->org_x, rays->org_y, rays->org_z,
-                            rays->dir_x, rays->dir_y, rays->dir_z};
-        const float values[6] = {org.x, org.y, org.z, dir.x, dir.y, dir.z};
-        for (int k = 0; k < 6; k++)
-            fields[k][i] = values[k];
-        rays->tnear[i] = 0.0f;
-        rays->tfar[i] = INFINITY;
-        rays->record[i] = i;
+        ray_set(&rays, i, org, dir);
     }
+    return rays;
 }
 
 #ifdef BENCH_EMBREE
@@ -176,21 +144,10 @@ static RTCGeometry embree_grids(RTCDevice device, const CoMesh *mesh)
             (struct RTCGrid){k * side * side, side, (unsigned short)side, (unsigned short)side};
         for (uint32_t p = 0; p < side * side; p++, points += 3)
             memcpy(points,
-                   mesh->points + 3 * (size_t)co_patch_point(table, words, side - 1, p % side, p / side),
+                   mesh->points +
+                       3 * (size_t)co_patch_point(table, words, side - 1, p % side, p / side),
                    12);
     }
-    return geometry;
-}
-
-static RTCGeometry embree_triangles(RTCDevice device, const CoMesh *loose)
-{
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    float *points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                            12, loose->point_count);
-    uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                RTC_FORMAT_UINT3, 12, loose->tri_count);
-    memcpy(points, loose->points, 12 * (size_t)loose->point_count);
-    memcpy(indices, loose->indices, 12 * (size_t)loose->tri_count);
     return geometry;
 }
 
@@ -203,13 +160,8 @@ typedef struct EmbreeScene {
 static EmbreeScene embree_scene(RTCDevice device, const CoMesh *mesh)
 {
     EmbreeScene out = {.bytes = embree_bytes};
-    out.scene = rtcNewScene(device);
-    rtcSetSceneFlags(out.scene, RTC_SCENE_FLAG_ROBUST);
-    RTCGeometry geometry =
-        mesh->patches ? embree_grids(device, mesh) : embree_triangles(device, mesh);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(out.scene, geometry);
-    rtcReleaseGeometry(geometry);
+    out.scene = embree_scene_of(device, mesh->patches ? embree_grids(device, mesh)
+                                                      : embree_triangles(device, mesh));
     double start = cpu_seconds();
     rtcCommitScene(out.scene);
     out.build_seconds = cpu_seconds() - start;
@@ -222,12 +174,8 @@ static double trace_embree(RTCScene scene, const CoRayBatch *rays)
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     double start = cpu_seconds();
-    for (size_t i = 0; i < RAYS; i++) {
-        struct RTCRayHit r = {{rays->org_x[i], rays->org_y[i], rays->org_z[i], 0.0f, rays->dir_x[i],
-                               rays->dir_y[i], rays->dir_z[i], 0.0f, rays->tfar[i], ~0u, 0, 0},
-                              {0, 0, 0, 0, 0, ~0u, ~0u, {~0u}}};
-        rtcIntersect1(scene, &context, &r);
-    }
+    for (size_t i = 0; i < RAYS; i++)
+        embree_intersect(scene, &context, rays, i);
     return cpu_seconds() - start;
 }
 #endif
@@ -252,13 +200,11 @@ static CoBvh *build(const CoMesh *mesh, double *seconds)
 static void print_rays(const char *name, const Place *places, int rounds, bool is_camera,
                        void *const embree[2])
 {
-    CoRayBatch rays;
-    CoHitBatch hits[2];
+    Random random = {1};
+    CoRayBatch rays = make_rays(is_camera, &random);
+    CoHitBatch hits[2] = {hits_alloc(RAYS), hits_alloc(RAYS)};
     CoTraverseStats stats[2];
     double times[6][ROUNDS_MAX] = {{0.0}};
-    alloc_batches(&rays, &hits[0]);
-    alloc_batches(&rays, &hits[1]);
-    make_rays(&rays, is_camera);
     for (int r = 0; r < rounds; r++) {
         for (int k = 0; k < 4; k++)
             times[k][r] = trace(&places[k % 2].scene, &rays, &hits[k % 2], k < 2, &stats[k % 2]);
@@ -272,11 +218,15 @@ static void print_rays(const char *name, const Place *places, int rounds, bool i
         printf("  DIFFERENT HITS\n");
     printf("  %-7s ns/ray: grouped %.0f loose %.0f, single %.0f loose %.0f, embree grid %.0f loose "
            "%.0f; nodes %.1f loose %.1f, triangles %.1f loose %.1f\n",
-           name, 1e9 / RAYS * median(times[0], rounds), 1e9 / RAYS * median(times[1], rounds),
-           1e9 / RAYS * median(times[2], rounds), 1e9 / RAYS * median(times[3], rounds),
-           1e9 / RAYS * median(times[4], rounds), 1e9 / RAYS * median(times[5], rounds),
-           (double)stats[0].bottom_nodes / RAYS, (double)stats[1].bottom_nodes / RAYS,
-           (double)stats[0].triangles / RAYS, (double)stats[1].triangles / RAYS);
+           name, 1e9 / RAYS * bench_median(times[0], rounds),
+           1e9 / RAYS * bench_median(times[1], rounds), 1e9 / RAYS * bench_median(times[2], rounds),
+           1e9 / RAYS * bench_median(times[3], rounds), 1e9 / RAYS * bench_median(times[4], rounds),
+           1e9 / RAYS * bench_median(times[5], rounds), (double)stats[0].bottom_nodes / RAYS,
+           (double)stats[1].bottom_nodes / RAYS, (double)stats[0].triangles / RAYS,
+           (double)stats[1].triangles / RAYS);
+    rays_free(&rays);
+    hits_free(&hits[0]);
+    hits_free(&hits[1]);
 }
 
 static void run(uint32_t level, double triangles, int rounds)
@@ -318,8 +268,9 @@ static void run(uint32_t level, double triangles, int rounds)
         (double)meshes[0].bytes / tris + 12.0, (double)co_bvh_bytes(bvhs[1]) / tris,
         bytes[0] / tris, bytes[1] / tris);
     printf("  build, million triangles per CPU second: %.1f, loose %.1f; embree grid %.1f\n",
-           tris * 1e-6 / median(times[0], rounds), tris * 1e-6 / median(times[1], rounds),
-           tris * 1e-6 / median(times[2], rounds));
+           tris * 1e-6 / bench_median(times[0], rounds),
+           tris * 1e-6 / bench_median(times[1], rounds),
+           tris * 1e-6 / bench_median(times[2], rounds));
     Place places[2];
     for (int k = 0; k < 2; k++)
         place(&places[k], &meshes[k], bvhs[k]);
@@ -340,12 +291,15 @@ static void run(uint32_t level, double triangles, int rounds)
 
 int main(int argc, char **argv)
 {
-    double triangles = argc > 1 ? atof(argv[1]) : 1e6;
-    int rounds = argc > 2 ? atoi(argv[2]) : 5;
+    double triangles = 1e6, rounds = 5, level = LEVELS;
+    const BenchArgument arguments[] = {
+        {.name = "TRIANGLES", .number = &triangles, .least = 1e5, .most = 1e9},
+        {.name = "ROUNDS", .number = &rounds, .least = 1, .most = ROUNDS_MAX},
+        {.name = "LEVEL", .number = &level, .most = LEVELS - 1}};
+    bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
     co_worker_count_set(1);
-    rounds = rounds < 1 ? 1 : rounds > ROUNDS_MAX ? ROUNDS_MAX : rounds;
-    for (uint32_t level = 0; level < LEVELS; level++)
-        if (argc <= 3 || atoi(argv[3]) == (int)level)
-            run(level, triangles, rounds);
+    for (uint32_t i = 0; i < LEVELS; i++)
+        if (level >= LEVELS || (uint32_t)level == i)
+            run(i, triangles, (int)rounds);
     return 0;
 }

@@ -1,7 +1,7 @@
 // Nanoseconds per ray of each step of the ray stream: encode, push, decode, ray sorts, hit sort;
-// and of a film add. Run by hand; prints a table. Usage: bench_rays [log2 of the batch, 22]
-// [threads, all]
+// and of a film add. Not a test: prints a table.
 
+#include "arguments.h"
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -16,6 +16,10 @@
 #include <string.h>
 
 #define REPEATS 5
+
+static const char usage[] = "usage: bench_rays [BITS [THREADS]]\n"
+                            "  BITS     2^BITS rays to a batch (22)\n"
+                            "  THREADS  (all)\n";
 
 typedef struct Bench {
     const CoRayKernels *codes;
@@ -223,13 +227,17 @@ static void bench_hits(size_t count)
 
 int main(int argc, char **argv)
 {
-    int log2_count = argc > 1 ? atoi(argv[1]) : 22;
-    size_t count = (size_t)1 << (log2_count < 8 ? 8 : log2_count > 26 ? 26 : log2_count);
-    co_worker_count_set(argc > 2 ? (uint32_t)atoi(argv[2]) : 0);
+    double bits = 22, threads = 0;
+    const BenchArgument arguments[] = {
+        {.name = "BITS", .number = &bits, .least = 8, .most = 26},
+        {.name = "THREADS", .number = &threads, .least = 1, .most = 64}};
+    bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    size_t count = (size_t)1 << (int)bits;
+    co_worker_count_set((uint32_t)threads);
     CohortError err = {0};
     Bench bench = {.count = count, .codes = co_ray_kernels(NULL)};
-    bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(),
-                                    co_ray_bins_budget(), NULL, &err);
+    bench.bins = co_ray_bins_create(count, CO_RAY_WORDS, co_worker_count(), co_ray_bins_budget(),
+                                    NULL, &err);
     bench.rays = malloc(count * sizeof *bench.rays);
     bench.words = malloc(count * CO_RAY_WORDS * sizeof *bench.words);
     bench.order = malloc(count * sizeof *bench.order);

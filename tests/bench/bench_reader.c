@@ -2,18 +2,17 @@
 // and every transform resolved before the clock stops. bench_reader.py runs it against the
 // reference.
 //
-//   bench_reader_once STAGE THREADS
-//
-// prints one JSON object: cpu_seconds, wall_seconds, peak_bytes (less what the process held before),
-// prims, elements, sum.
+// Prints one JSON object: cpu_seconds, wall_seconds, peak_bytes (less what the process held
+// before), prims, elements, sum.
 
+#include "arguments.h"
 #include "cohort/usda.h"
+#include "timing.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
+
+static const char usage[] = "usage: bench_reader_once STAGE THREADS\n";
 
 typedef struct Totals {
     double sum;
@@ -85,14 +84,8 @@ static void visit(const CohortPrim *prim, Totals *totals)
         visit(cohort_prim_child(prim, i), totals);
 }
 
-static double seconds(clockid_t clock)
-{
-    struct timespec now;
-    clock_gettime(clock, &now);
-    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
-}
-
-// A line of /proc/self/status in bytes; not getrusage, which counts the process that started this one.
+// A line of /proc/self/status in bytes; not getrusage, which counts the process that started this
+// one.
 static long memory(const char *name)
 {
     char line[256];
@@ -108,23 +101,27 @@ static long memory(const char *name)
 
 int main(int argc, char **argv)
 {
-    if (argc != 3) {
-        fprintf(stderr, "usage: bench_reader_once STAGE THREADS\n");
-        return 2;
-    }
-    CohortStageOptions options = {.threads = (uint32_t)strtoul(argv[2], NULL, 10)};
+    const char *path = NULL;
+    double threads = 0;
+    const BenchArgument arguments[] = {
+        {.name = "STAGE", .text = &path},
+        {.name = "THREADS", .number = &threads, .least = 1, .most = 1024}};
+    bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    if (threads == 0)
+        bench_refuse(argv[0], "STAGE and THREADS are wanted");
+    CohortStageOptions options = {.threads = (uint32_t)threads};
     long base = memory("VmRSS:");
-    double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    double wall = bench_seconds(CLOCK_MONOTONIC), cpu = bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
     CohortError err = {0};
-    CohortStage *stage = cohort_stage_open(argv[1], &options, &err);
+    CohortStage *stage = cohort_stage_open(path, &options, &err);
     if (!stage) {
         fprintf(stderr, "bench_reader_once: %s\n", err.message);
         return 1;
     }
     Totals totals = {0};
     visit(cohort_stage_root(stage), &totals);
-    cpu = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
-    wall = seconds(CLOCK_MONOTONIC) - wall;
+    cpu = bench_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+    wall = bench_seconds(CLOCK_MONOTONIC) - wall;
     printf("{\"cpu_seconds\": %.6f, \"wall_seconds\": %.6f, \"peak_bytes\": %ld, \"prims\": %llu, "
            "\"elements\": %llu, \"sum\": %.17g}\n",
            cpu, wall, memory("VmHWM:") - base, (unsigned long long)totals.prims,

@@ -1,31 +1,25 @@
 // Tessellation and displacement within one giant mesh: CPU time by triangle, and how much of it the
 // calling thread does when there are two, which no load of the machine changes.
-// bench_tessellate SIDE LEVEL: a torus of SIDE x SIDE quads.
 
-#define _GNU_SOURCE
-
+#include "arguments.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "geometry/displace.h"
+#include "timing.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/resource.h>
+
+static const char usage[] = "usage: bench_tessellate [SIDE [LEVEL]]\n"
+                            "  SIDE   a torus of SIDE x SIDE quads (700)\n"
+                            "  LEVEL  of subdivision (2)\n";
 
 typedef struct Torus {
     float *points;
     int32_t *counts, *indices;
     size_t faces;
 } Torus;
-
-static double seconds(int who)
-{
-    struct rusage usage;
-    getrusage(who, &usage);
-    return (double)usage.ru_utime.tv_sec + (double)usage.ru_stime.tv_sec +
-           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
 
 static bool make_torus(Torus *t, int side)
 {
@@ -66,14 +60,14 @@ static bool measure(const CohortMeshDesc *desc, uint32_t threads)
     CoDisplaceCounts counts;
     CohortError err = {0};
     co_worker_count_set(threads);
-    all[0] = seconds(RUSAGE_SELF);
-    own[0] = seconds(RUSAGE_THREAD);
+    all[0] = bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
+    own[0] = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
     bool ok = co_mesh_create(desc, &mesh, NULL, NULL, &err);
-    all[1] = seconds(RUSAGE_SELF);
-    own[1] = seconds(RUSAGE_THREAD);
+    all[1] = bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
+    own[1] = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
     ok = ok && co_mesh_displace(&mesh, by_little, NULL, &counts, &err);
-    all[2] = seconds(RUSAGE_SELF);
-    own[2] = seconds(RUSAGE_THREAD);
+    all[2] = bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
+    own[2] = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
     if (!ok) {
         fprintf(stderr, "%s\n", err.message);
         return false;
@@ -92,12 +86,15 @@ static bool measure(const CohortMeshDesc *desc, uint32_t threads)
 
 int main(int argc, char **argv)
 {
-    int side = argc > 1 ? atoi(argv[1]) : 700;
+    double side = 700, level = 2;
+    const BenchArgument arguments[] = {{.name = "SIDE", .number = &side, .least = 3, .most = 20000},
+                                       {.name = "LEVEL", .number = &level, .most = 8}};
+    bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
     Torus torus;
-    if (side < 3 || side > 20000 || !make_torus(&torus, side))
+    if (!make_torus(&torus, (int)side))
         return 1;
     CohortMeshDesc desc = {.path = "/torus",
-                           .level = argc > 2 ? (uint32_t)atoi(argv[2]) : 2,
+                           .level = (uint32_t)level,
                            .points = torus.points,
                            .point_count = torus.faces,
                            .face_vertex_counts = torus.counts,

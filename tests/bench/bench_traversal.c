@@ -1,6 +1,7 @@
 // Rays per second, bytes and build speed of the acceleration structure beside Embree, on the same
 // rays in one run, in turns. Not a test, though it fails when hits differ. bench_traversal --help.
 
+#include "arguments.h"
 #include "traversal_contest.h"
 #include "traversal_sorted.h"
 
@@ -93,6 +94,7 @@ static void measure_rays(Bench *bench, const char *name, const CoRayBatch *rays,
                      contenders, n);
     free(flags);
 }
+
 static void measure_all_rays(Bench *bench)
 {
     const BenchOptions *o = bench->options;
@@ -220,9 +222,8 @@ int main(int argc, char **argv)
 {
     const char *const scenes[] = {"small", "room_1m", "city_10m", "city_50m", "shaderball"};
     BenchOptions options;
-    if (!bench_options_read(argc, argv, &options))
-        return 2;
     static Bench bench;
+    bench_options_read(argc, argv, &options);
     bench.options = &options;
     if (!options.json)
         printf("scene      rays     threads isa  what         cohort | embree fast, robust | "

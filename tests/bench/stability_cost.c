@@ -1,10 +1,8 @@
-#include "stability_cost.h"
-
-#include "../accel/exact.h"
 #include "plain_kernel.h"
+#include "stability.h"
+#include "timing.h"
 
 #include <stdio.h>
-#include <time.h>
 
 enum {
     COST_ROUNDS = 15,
@@ -17,19 +15,6 @@ typedef struct CostRow {
     double seconds[COST_ROUNDS];
     size_t hits;
 } CostRow;
-
-static double cpu_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
 
 // A contest of kernels that take turns on the same rays.
 typedef struct Cost {
@@ -47,24 +32,16 @@ static void take_turns(Cost *cost)
         for (uint32_t k = 0; k < cost->count; k++) {
             CostRow *row = &cost->rows[k];
             CoTraverseStats stats = {0};
-            double start = cpu_seconds();
+            double start = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
             row->traverse(cost->scene, &cost->rays, NULL, &cost->hits, 0, cost->rays.count,
                           cost->grouped, &stats);
             if (round >= 0)
-                row->seconds[round] = cpu_seconds() - start;
+                row->seconds[round] = bench_seconds(CLOCK_THREAD_CPUTIME_ID) - start;
             row->hits = 0;
             for (size_t i = 0; i < cost->rays.count; i++)
                 row->hits += cost->hits.tri[i] != COHORT_INVALID_ID;
         }
     }
-}
-
-static double median(const double seconds[COST_ROUNDS])
-{
-    double sorted[COST_ROUNDS];
-    memcpy(sorted, seconds, sizeof sorted);
-    qsort(sorted, COST_ROUNDS, sizeof(double), compare_doubles);
-    return sorted[COST_ROUNDS / 2];
 }
 
 // Chords of a sphere of a million triangles, ray by ray.
@@ -87,9 +64,9 @@ void stability_cost(uint64_t count)
     printf(
         "\n| triangle test | ns per ray | watertight over it | rays lost |\n|---|---|---|---|\n");
     for (int k = 0; k < 3; k++) {
-        double seconds = median(rows[k].seconds);
+        double seconds = bench_median(rows[k].seconds, COST_ROUNDS);
         printf("| %s | %.0f | %.3f | %zu |\n", rows[k].name, 1e9 * seconds / (double)count,
-               median(rows[0].seconds) / seconds, count - rows[k].hits);
+               bench_median(rows[0].seconds, COST_ROUNDS) / seconds, count - rows[k].hits);
     }
     rays_free(&cost.rays);
     hits_free(&cost.hits);
@@ -147,8 +124,9 @@ void stability_unused(uint64_t count)
         for (int i = 0; i < COST_ROUNDS; i++)
             ratios[i] = rows[0].seconds[i] / rows[1].seconds[i];
         printf("| %s | %s | %.0f | %.3f | %zu, %zu |\n", kernels->isa,
-               k % 2 ? "in groups" : "one by one", 1e9 * median(rows[0].seconds) / (double)count,
-               median(ratios), rows[0].hits, rows[1].hits);
+               k % 2 ? "in groups" : "one by one",
+               1e9 * bench_median(rows[0].seconds, COST_ROUNDS) / (double)count,
+               bench_median(ratios, COST_ROUNDS), rows[0].hits, rows[1].hits);
     }
     rays_free(&rays);
     hits_free(&hits);

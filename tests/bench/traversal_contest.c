@@ -4,17 +4,14 @@
 #include "base/parallel.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 double bench_now(const Bench *bench)
 {
-    struct timespec t;
     if (!bench->options->cpu)
         return co_clock_seconds();
-    clock_gettime(bench->threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID, &t);
-    return ((double)t.tv_sec + 1e-9 * (double)t.tv_nsec) / (double)bench->threads;
+    clockid_t clock = bench->threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
+    return bench_seconds(clock) / (double)bench->threads;
 }
 
 int bench_list_contenders(const Bench *bench, bool grouped, bool packets, bool coherent,
@@ -52,20 +49,6 @@ double bench_trace_seconds(const BenchTrace *trace)
     double start = bench_now(trace->bench);
     co_parallel_for(trace->rays->count, BENCH_GRAIN, trace_range, (void *)(uintptr_t)trace);
     return bench_now(trace->bench) - start;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-double bench_median(const double *values, int count)
-{
-    double sorted[BENCH_REPEATS_MAX];
-    memcpy(sorted, values, (size_t)count * sizeof *sorted);
-    qsort(sorted, (size_t)count, sizeof *sorted, compare_doubles);
-    return count % 2 ? sorted[count / 2] : 0.5 * (sorted[count / 2 - 1] + sorted[count / 2]);
 }
 
 static void print_number(const char *key, double x)

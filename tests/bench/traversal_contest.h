@@ -5,6 +5,7 @@
 #define TRAVERSAL_CONTEST_H
 
 #include "sort/ray_sort.h"
+#include "timing.h"
 #include "traversal_embree.h"
 #include "traversal_options.h"
 #include "traversal_rays.h"
@@ -61,9 +62,6 @@ int bench_list_contenders(const Bench *bench, bool grouped, bool packets, bool c
 
 // Traces all rays once and returns how long that took.
 double bench_trace_seconds(const BenchTrace *trace);
-
-// Of the first `count` <= BENCH_REPEATS_MAX values.
-double bench_median(const double *values, int count);
 
 void bench_print_row(Bench *bench, const BenchRow *row);
 

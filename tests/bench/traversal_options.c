@@ -1,6 +1,7 @@
 #include "traversal_options.h"
 
-#include <stdio.h>
+#include "arguments.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,75 +19,47 @@ static const char usage[] =
     "  --cpu           processor seconds: for a machine that is not idle\n"
     "  --disk          all bins on disk, none in memory\n"
     "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
-    "Millions per second (bytes: per triangle); ratios above 1: Cohort is better. closest, "
-    "occluded:\n"
-    "ray by ray against single rays; primary rays in groups against the best packets. "
-    "sorted_batch:\n"
-    "against the best of singles and packets on the same sorted rays. sorted_total: packing, "
-    "bins,\n"
-    "sort and traversal against single rays in the order they were made in.\n";
+    "Millions per second (bytes: per triangle); ratios above 1: Cohort is better.\n"
+    "closest, occluded: ray by ray against single rays; primary rays in groups against the best\n"
+    "packets. sorted_batch: against the best of singles and packets on the same sorted rays.\n"
+    "sorted_total: packing, bins, sort and traversal against single rays in the order they were\n"
+    "made in.\n";
 
-bool bench_is_listed(const char *list, const char *name)
+static void check_threads(const char *program, const char *list)
 {
-    size_t n = strlen(name);
-    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL)
-        if (strncmp(at, name, n) == 0 && (at[n] == '\0' || at[n] == ','))
-            return true;
-    return false;
-}
-
-static bool read_arguments(int argc, char **argv, BenchOptions *o)
-{
-    for (int i = 1; i < argc; i++) {
-        const char *key = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
-        if (bench_is_listed("--json,--cpu,--disk", key)) {
-            o->json = o->json || key[2] == 'j';
-            o->cpu = o->cpu || key[2] == 'c';
-            o->disk = o->disk || key[2] == 'd';
-            continue;
-        }
-        if (!value)
-            return false;
-        i++;
-        if (strcmp(key, "--scenes") == 0)
-            o->scenes = value;
-        else if (strcmp(key, "--isa") == 0)
-            o->isas = value;
-        else if (strcmp(key, "--threads") == 0)
-            o->threads = value;
-        else if (strcmp(key, "--rays") == 0)
-            o->rays = value;
-        else if (strcmp(key, "--what") == 0)
-            o->what = value;
-        else if (strcmp(key, "--stage") == 0)
-            o->stage = value;
-        else if (strcmp(key, "--sort") == 0)
-            o->sort = value;
-        else if (strcmp(key, "--batch") == 0)
-            o->batch_bits = atoi(value);
-        else if (strcmp(key, "--count") == 0)
-            o->count_bits = atoi(value);
-        else if (strcmp(key, "--repeats") == 0)
-            o->repeats = atoi(value);
-        else
-            return false;
+    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
+        char *end;
+        long threads = strtol(at, &end, 10);
+        if (end == at || (*end && *end != ',') || threads < 1 || threads > 64)
+            bench_refuse(program, "--threads takes numbers from 1 to 64, not '%s'", list);
     }
-    return o->repeats >= 1 && o->repeats <= BENCH_REPEATS_MAX && o->batch_bits >= 8 &&
-           o->batch_bits <= 24 && o->count_bits >= 8 && o->count_bits <= 24;
 }
 
-bool bench_options_read(int argc, char **argv, BenchOptions *o)
+void bench_options_read(int argc, char **argv, BenchOptions *o)
 {
     *o = (BenchOptions){.scenes = "room_1m,city_10m,city_50m,shaderball,small",
                         .isas = "avx2,avx512",
                         .threads = "1,2",
                         .rays = "primary,diffuse,shuffled",
-                        .what = "closest,occluded,sorted_batch,sorted_total,build,bytes",
-                        .batch_bits = 22,
-                        .count_bits = 21,
-                        .repeats = 5};
-    if (read_arguments(argc, argv, o))
-        return true;
-    fputs(usage, stderr);
-    return false;
+                        .what = "closest,occluded,sorted_batch,sorted_total,build,bytes"};
+    double batch_bits = 22, count_bits = 21, repeats = 5;
+    const BenchArgument arguments[] = {
+        {.name = "--scenes", .text = &o->scenes, .words = o->scenes},
+        {.name = "--isa", .text = &o->isas, .words = o->isas},
+        {.name = "--threads", .text = &o->threads},
+        {.name = "--rays", .text = &o->rays, .words = o->rays},
+        {.name = "--what", .text = &o->what, .words = o->what},
+        {.name = "--batch", .number = &batch_bits, .least = 8, .most = 24},
+        {.name = "--count", .number = &count_bits, .least = 8, .most = 24},
+        {.name = "--repeats", .number = &repeats, .least = 1, .most = BENCH_REPEATS_MAX},
+        {.name = "--sort", .text = &o->sort, .words = "fast,exact,none"},
+        {.name = "--stage", .text = &o->stage},
+        {.name = "--json", .flag = &o->json},
+        {.name = "--cpu", .flag = &o->cpu},
+        {.name = "--disk", .flag = &o->disk}};
+    bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    check_threads(argv[0], o->threads);
+    o->batch_bits = (int)batch_bits;
+    o->count_bits = (int)count_bits;
+    o->repeats = (int)repeats;
 }

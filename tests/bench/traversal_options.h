@@ -3,11 +3,9 @@
 #ifndef TRAVERSAL_OPTIONS_H
 #define TRAVERSAL_OPTIONS_H
 
-#include <stdbool.h>
+#include "timing.h"
 
-enum {
-    BENCH_REPEATS_MAX = 31
-};
+#include <stdbool.h>
 
 // Lists are of words with commas between.
 typedef struct BenchOptions {
@@ -18,9 +16,7 @@ typedef struct BenchOptions {
     bool json, cpu, disk;
 } BenchOptions;
 
-// False, with the usage on stderr, when the arguments are not understood.
-bool bench_options_read(int argc, char **argv, BenchOptions *out);
-
-bool bench_is_listed(const char *list, const char *name);
+// As bench_arguments_read: does not return when the arguments are not understood.
+void bench_options_read(int argc, char **argv, BenchOptions *out);
 
 #endif

@@ -1,7 +1,7 @@
 #include "traversal_rays.h"
 
-#include "base/hash.h"
 #include "base/parallel.h"
+#include "support/rays.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,30 +19,15 @@ static float uniform(uint64_t path, uint32_t what)
 
 static void set_ray(CoRayBatch *rays, size_t i, CoVec3 org, CoVec3 dir, float tfar)
 {
-    rays->org_x[i] = org.x;
-    rays->org_y[i] = org.y;
-    rays->org_z[i] = org.z;
-    rays->dir_x[i] = dir.x;
-    rays->dir_y[i] = dir.y;
-    rays->dir_z[i] = dir.z;
+    ray_set(rays, i, org, dir);
     rays->tnear[i] = 0.0f;
     rays->tfar[i] = tfar;
     rays->record[i] = (uint32_t)i;
 }
 
-static CoVec3 origin(const CoRayBatch *rays, size_t i)
-{
-    return co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
-}
-
-static CoVec3 direction(const CoRayBatch *rays, size_t i)
-{
-    return co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
-}
-
 static void append(CoRayBatch *to, const CoRayBatch *from, size_t i)
 {
-    set_ray(to, to->count, origin(from, i), direction(from, i), from->tfar[i]);
+    set_ray(to, to->count, ray_org(from, i), ray_dir(from, i), from->tfar[i]);
     to->count++;
 }
 
@@ -66,7 +51,8 @@ static void camera_rays(void *context, size_t begin, size_t end, uint32_t worker
     for (size_t i = begin; i < end; i++) {
         uint64_t path = wave->first + i;
         uint32_t pixel = (uint32_t)(path % (SIDE * SIDE)), tile = pixel / 64;
-        // Blocks of 64 x 64 pixels, tile by tile, all over the image: any part of them shows all of it.
+        // Blocks of 64 x 64 pixels, tile by tile, all over the image: any part of them shows all of
+        // it.
         uint32_t block = tile / 64 * 157 % (SIDE * SIDE / 4096), px = tile % 8 * 8 + pixel % 8;
         uint32_t py = tile / 8 % 8 * 8 + pixel / 8 % 8;
         px += block % (SIDE / 64) * 64;
@@ -102,8 +88,8 @@ static CoVec3 surface(const BenchScene *scene, const CoRayBatch *rays, const CoH
         corner[c] = co_affine_point(&placement.to_world,
                                     co_vec3_load(mesh->points + 3 * (size_t)points[c]));
     CoVec3 n = co_cross(co_sub(corner[1], corner[0]), co_sub(corner[2], corner[0]));
-    n = co_normalize(co_dot(n, n) > 0.0f ? n : direction(rays, i));
-    *normal = co_dot(n, direction(rays, i)) > 0.0f ? co_neg(n) : n;
+    n = co_normalize(co_dot(n, n) > 0.0f ? n : ray_dir(rays, i));
+    *normal = co_dot(n, ray_dir(rays, i)) > 0.0f ? co_neg(n) : n;
     float u = hits->u[i], v = hits->v[i];
     CoVec3 p = co_madd(co_madd(co_scale(corner[0], 1 - u - v), corner[1], u), corner[2], v);
     return co_madd(p, *normal,
