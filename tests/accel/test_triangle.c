@@ -204,19 +204,30 @@ static void make_slivers(TestMesh *soup, Random *random)
     mesh_box(soup);
 }
 
-// Random triangles against a search over all of them in double.
+static void scale_mesh(TestMesh *mesh, float scale)
+{
+    for (size_t i = 0; i < 3 * (size_t)mesh->mesh.point_count; i++)
+        mesh->points[i] *= scale;
+    mesh_box(mesh);
+}
+
+// Random triangles against a search over all of them in double. Of some sizes the square of a length
+// is a float and the cube is none.
 static void soups_are_judged_exactly(void **state)
 {
     (void)state;
     CoRayBatch rays = rays_alloc(RAYS);
     CoHitBatch hits = hits_alloc(RAYS);
+    static const float sizes[] = {1.0f, 1.0f, 0x1p43f, 0x1p-48f};
     double worst_miss = 0.0, worst_t = 0.0;
     size_t found = 0;
-    for (uint64_t trial = 0; trial < 200; trial++) {
+    for (uint64_t trial = 0; trial < 240; trial++) {
+        const float size = sizes[trial / 3 % 4];
         Random random = {trial << 24 | 1};
         TestMesh soup = mesh_soup(40, trial % 2 ? 0.1f : 1.0f, trial << 20);
         make_slivers(&soup, &random);
-        make_rays(&random, &soup, 1.0f, trial % 3 ? 0 : 30, &rays);
+        scale_mesh(&soup, size);
+        make_rays(&random, &soup, size, trial % 3 || size != 1.0f ? 0 : 30, &rays);
         TestScene s = {0};
         CoInstance instance = place(scene_add_mesh(&s, &soup), co_mat4d_identity());
         scene_add_group(&s, &instance, 1);

@@ -375,9 +375,10 @@ static inline CoWide stream_correct(const CoWide x[3], const CoWide y[3], const 
         int p = (c + 2) % 3, q = (c + 1) % 3;
         CoWide a = co_wide_mul(x[p], y[q]), b = co_wide_mul(y[p], x[q]);
         CoWide off = co_wide_sub(co_wide_residue(x[p], y[q], a), co_wide_residue(y[p], x[q], b));
-        left[c] = co_wide_mul(co_wide_add(co_wide_sub(a, b), off), co_wide_sub(z[c], sum));
+        CoWide weight = co_wide_mul(co_wide_add(co_wide_sub(a, b), off), inv);
+        left[c] = co_wide_mul(weight, co_wide_sub(z[c], sum));
     }
-    left[0] = co_wide_mul(co_wide_add(co_wide_add(left[0], left[1]), left[2]), inv);
+    left[0] = co_wide_add(co_wide_add(left[0], left[1]), left[2]);
     left[0] = co_wide_sub(left[0], co_wide_residue(t, line->dir, sum));
     return co_wide_add(t, co_wide_mul(left[0], line->sz));
 }

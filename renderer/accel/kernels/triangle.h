@@ -170,16 +170,17 @@ static inline CoFour edge_second(CoFour x)
 
 // The distance of a hit at depth `sum`, corrected: by how far the weighted corners are from there
 // when the weights are taken with what their products were off by, and by what the product with sz
-// and sz itself are off by. A step of Newton's, so it does not matter that inv is rounded.
+// and sz itself are off by. A step of Newton's, so it does not matter that inv is rounded; it makes
+// weights of the products first, as these times a depth may be no floats.
 static inline float correct_distance(CoFour x, CoFour y, CoFour z, float inv, float sum,
                                      const Shear *shear)
 {
     const CoFour xp = edge_first(x), xq = edge_second(x), yp = edge_first(y), yq = edge_second(y);
     CoFour a = xp * yq, b = yp * xq;
     CoFour off = co_four_residue(xp, yq, a) - co_four_residue(yp, xq, b);
-    CoFour part = ((a - b) + off) * (z - co_four_set1(sum));
+    CoFour part = (((a - b) + off) * co_four_set1(inv)) * (z - co_four_set1(sum));
     float left = part[0] + part[1] + part[2], t = sum * shear->sz;
-    return t + (left * inv - co_float_residue(t, shear->dir, sum)) * shear->sz;
+    return t + (left - co_float_residue(t, shear->dir, sum)) * shear->sz;
 }
 
 static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum, float det)
