@@ -14,14 +14,18 @@ CoTextureColor co_ptex_color(const CoTexturesOptions *options, const CohortTextu
     return co_texture_color(options, desc, !is_color);
 }
 
-// Order of channels in the converted file: colors first, then alpha, then the rest; at most the
-// four that lookups use. Returns their number.
+#define NO_CHANNEL UINT32_MAX // is 0 everywhere
+
+// Order of channels in the converted file: colors first, then alpha; at most the four that lookups
+// use. Returns their number: 1 gray, 2 gray and alpha, 3 RGB, 4 RGB and alpha.
 static uint32_t order_channels(const CoPtexFile *file, uint32_t order[4])
 {
     uint32_t count = 0;
     for (uint32_t c = 0; c < file->channels && count < 3; c++)
         if ((int32_t)c != file->alpha || file->channels == 1)
             order[count++] = c;
+    if (count == 2 && file->alpha >= 0)
+        order[count++] = NO_CHANNEL; // two colors and alpha: no blue
     if (file->channels > 1 && file->alpha >= 0)
         order[count++] = (uint32_t)file->alpha;
     else if (file->alpha < 0 && file->channels == 4)
@@ -63,7 +67,9 @@ static bool read_linear(Conversion *c, uint32_t face, int ulog2, int vlog2, floa
     bool is_integer = file->type == CO_PTEX_U8 || file->type == CO_PTEX_U16;
     for (size_t i = 0; i < count; i++)
         for (uint32_t k = 0; k < c->channels; k++) {
-            float value = co_ptex_pixel_value(file->type, c->texels + i * pixel, c->order[k]);
+            float value = 0;
+            if (c->order[k] != NO_CHANNEL)
+                value = co_ptex_pixel_value(file->type, c->texels + i * pixel, c->order[k]);
             out[i * c->channels + k] = is_integer ? value * scale : value;
         }
     return co_texture_to_linear(c->color, out, count, c->channels, c->err);

@@ -50,11 +50,12 @@ static bool add_ptex(CoTextures *textures, const CohortTextureDesc *desc, CoText
     co_ptex_close(file);
     if (ok)
         texture->file = co_textures_open_ptex(textures, converted ? converted : desc->path, err);
-    for (uint16_t c = 0; converted && c < texture->channel_count; c++)
-        texture->channels[c] = c; // a converted file has what is looked up, in that order
+    ok = ok && texture->file != COHORT_INVALID_ID;
+    if (ok && converted) // has what is looked up, in that order
+        choose_channels(texture, textures->files[texture->file]->ptex->channels, -1);
     co_path_free(converted);
     texture->kind = CO_TEXTURE_PTEX;
-    return ok && texture->file != COHORT_INVALID_ID;
+    return ok;
 }
 
 // One image file; `texture` receives what all tiles of a set share.

@@ -1,25 +1,13 @@
-// The Ptex writer against what the reference library stored, and display-encoded files made linear.
+// The Ptex writer against what the reference library stored: ptex_encode.c, ptex_texels.c too.
 
 #include "texture_support.h"
 
-#include "texture/converted.h"
 #include "texture/half.h"
 #include "texture/ptex_block.h"
 
 #include <math.h>
 
 #define GOLDENS COHORT_SHARED_DIR "/ptex/goldens/"
-
-static void *texels_of(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2)
-{
-    CohortError err = {0};
-    CoPtexDecoder decoder = {0};
-    void *texels = malloc(co_ptex_block_size(file, ulog2, vlog2));
-    if (!co_ptex_face_texels(file, face, ulog2, vlog2, &decoder, texels, &err))
-        fail_msg("%s", err.message);
-    co_ptex_decoder_clear(&decoder);
-    return texels;
-}
 
 // Rewrites a file and compares every face, level, constant and neighbor.
 static void check_rewrite(const char *name)
@@ -119,52 +107,6 @@ static void the_writer_refuses_nonsense(void **state)
     co_ptex_close(file);
 }
 
-static float look(CoTextures *textures, uint32_t id, uint32_t face, float width)
-{
-    CohortError err = {0};
-    CoLookup lookup = {.texture = id, .face = face, .s = .5f, .t = .5f, .ds0 = width, .dt1 = width};
-    float out[1][4];
-    assert_true(
-        co_textures_evaluate(textures, &lookup, 1, out, CO_LOOKUP_SORTED, NULL, NULL, NULL, &err));
-    return out[0][1];
-}
-
-static void display_encoded_files_are_averaged_in_linear_light(void **state)
-{
-    (void)state;
-    write_grid(in_folder("codes.ptx"), 2, 5, CO_PTEX_U8, 3);
-    CohortError err = {0};
-    CoPtexFile *file = co_ptex_open(in_folder("codes.ptx"), &err);
-    unsigned char *texels = texels_of(file, 2, 5, 5), *average = texels_of(file, 2, 0, 0);
-    double linear = 0, authored = 0;
-    for (int i = 0; i < 1024; i++)
-        linear += (double)co_srgb_decode((float)texels[3 * i + 1] / 255) / 1024;
-    authored = (double)co_srgb_decode((float)average[1] / 255);
-    unsigned char *reduced = texels_of(file, 2, 2, 2);
-    double level = 0;
-    for (int i = 0; i < 16; i++)
-        level += (double)co_srgb_decode((float)reduced[3 * i + 1] / 255) / 16;
-    free(texels);
-    free(average);
-    free(reduced);
-    co_ptex_close(file);
-    for (int is_authored = 0; is_authored < 2; is_authored++) {
-        CoTexturesOptions options = {.converted_folder = test_folder,
-                                     .ptex_reductions_authored = is_authored};
-        CoTextures *textures = co_textures_create(&options, &err);
-        CohortTextureDesc desc = {.path = in_folder("codes.ptx"),
-                                  .color_space = COHORT_COLOR_AUTO,
-                                  .ptex_filter = COHORT_PTEX_BOX};
-        uint32_t id = co_textures_add(textures, &desc, &err);
-        bool is_triangle;
-        assert_int_equal(co_texture_ptex_faces(textures, id, &is_triangle), 4);
-        double got = (double)look(textures, id, 2, 1);
-        assert_true(fabs(got - (is_authored ? level : linear)) < 1e-5);
-        co_textures_destroy(textures);
-    }
-    assert_true(fabs(authored - linear) > .02); // or the test would prove nothing
-}
-
 static void means_over_footprints_are_means_of_texels(void **state)
 {
     (void)state;
@@ -223,7 +165,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rewriting_keeps_everything),
         cmocka_unit_test(the_writer_refuses_nonsense),
-        cmocka_unit_test(display_encoded_files_are_averaged_in_linear_light),
         cmocka_unit_test(means_over_footprints_are_means_of_texels),
         cmocka_unit_test(halves_round_as_ptex_has_it),
     };

@@ -4,6 +4,7 @@
 #define TEST_TEXTURE_SUPPORT_H
 
 #include "base/hash.h"
+#include "texture/ptex_block.h"
 #include "texture/ptex_write.h"
 #include "texture/texture.h"
 
@@ -89,6 +90,18 @@ static inline void write_grid(const char *path, uint32_t side, int log2, CoPtexT
     }
     free(texels);
     assert_true(co_ptex_writer_finish(writer, &err));
+}
+
+// One face of an open file at a resolution that it may not store; free it.
+static inline void *texels_of(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2)
+{
+    CohortError err = {0};
+    CoPtexDecoder decoder = {0};
+    void *texels = malloc(co_ptex_block_size(file, ulog2, vlog2));
+    if (!co_ptex_face_texels(file, face, ulog2, vlog2, &decoder, texels, &err))
+        fail_msg("%s", err.message);
+    co_ptex_decoder_clear(&decoder);
+    return texels;
 }
 
 // Warnings are counted, and the last one kept.
