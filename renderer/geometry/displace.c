@@ -200,15 +200,15 @@ static bool lay_out_corners(Displacement *d, size_t *count)
     return *count <= UINT32_MAX;
 }
 
-// Where the new normals go: none for faceted meshes, the old ones' places where they were limit
-// normals.
+// Where the new normals go: none for faceted meshes, the old ones' places where these are one for
+// each.
 static bool make_normals(Displacement *d)
 {
     CoMeshShading *s = d->shading;
     bool is_faceted = !s->limit_normals && !s->normals.values && !s->is_bilinear;
     if (is_faceted)
         return true;
-    if (s->limit_normals) {
+    if (s->limit_normals && !s->own_normals) {
         d->normals = (uint32_t *)(uintptr_t)s->limit_normals;
         return true;
     }
@@ -217,7 +217,13 @@ static bool make_normals(Displacement *d)
         return false;
     d->normals = co_mesh_block_alloc(&s->blocks, count, sizeof *d->normals);
     s->has_corner_normals = true;
-    return d->normals != NULL;
+    if (!d->normals)
+        return false;
+    co_mesh_block_drop(&s->blocks, s->limit_normals);
+    co_mesh_block_drop(&s->blocks, s->own_normals);
+    s->limit_normals = NULL;
+    s->own_normals = NULL;
+    return true;
 }
 
 // ---- Points ------------------------------------------------------------------------------------

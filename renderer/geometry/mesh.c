@@ -35,6 +35,17 @@ void co_mesh_block_free(CoMeshBlock **list)
     *list = NULL;
 }
 
+void co_mesh_block_drop(CoMeshBlock **list, const void *array)
+{
+    while (*list && (const void *)(*list + 1) != array)
+        list = &(*list)->next;
+    CoMeshBlock *block = *list;
+    if (!block)
+        return;
+    *list = block->next;
+    co_free(CO_MEMORY_GEOMETRY, block, block->size);
+}
+
 size_t co_mesh_block_bytes(const CoMeshBlock *list)
 {
     size_t bytes = 0;
@@ -177,6 +188,7 @@ void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out)
                          array_bytes(shading, mesh->patches->tri_patch) +
                          array_bytes(shading, mesh->patches->first_tile);
     out->normals = array_bytes(shading, shading->limit_normals) +
+                   array_bytes(shading, shading->own_normals) +
                    array_bytes(shading, shading->normals.values) +
                    array_bytes(shading, shading->normals.indices);
     out->other = mesh->bytes - out->points - out->topology - out->normals;

@@ -18,6 +18,8 @@ typedef struct CoMeshBlock CoMeshBlock;
 // Zero elements give a valid pointer to nothing.
 void *co_mesh_block_alloc(CoMeshBlock **list, size_t count, size_t size);
 void co_mesh_block_free(CoMeshBlock **list);
+// One of them.
+void co_mesh_block_drop(CoMeshBlock **list, const void *array);
 size_t co_mesh_block_bytes(const CoMeshBlock *list);
 
 // How triangles of a face are numbered and where their corners lie.
@@ -42,6 +44,14 @@ typedef struct CoPrimvar {
     const uint32_t *indices; // element -> value, NULL: the element itself
 } CoPrimvar;
 
+// Of so many corner elements, which have a normal of their own, and where the first of these stands.
+enum {
+    CO_OWN_ELEMENTS = 64
+};
+typedef struct CoOwnNormals {
+    uint32_t first, has[2];
+} CoOwnNormals;
+
 typedef struct CoMeshShading {
     CoMeshBlock *blocks; // owns every array here and in CoMesh
     CoGridKind grid;
@@ -61,11 +71,31 @@ typedef struct CoMeshShading {
     uint32_t primvar_count;
     CoPrimvar normals;             // authored, of polygons; values NULL: none
     const uint32_t *limit_normals; // of limit surfaces, see unit_code.h; NULL: none
-    bool has_corner_normals;       // those are per corner element, not per point
+    bool has_corner_normals;       // those are per corner element, not per point, but for
+    const CoOwnNormals *own_normals; // elements that have none of their own; NULL: all have
     uint32_t material;             // of faces in no subset
     const uint32_t *face_material; // [face_count], NULL: all `material`
     uint32_t ptex_face_offset;
 } CoMeshShading;
+
+// Where the limit normal of a corner stands, which may be CO_UNIT_DERIVED.
+static inline uint32_t co_mesh_normal_at(const CoMeshShading *s, uint32_t element, uint32_t point)
+{
+    if (!s->own_normals)
+        return element;
+    const CoOwnNormals *own = &s->own_normals[element / CO_OWN_ELEMENTS];
+    uint64_t has = own->has[0] | (uint64_t)own->has[1] << 32;
+    uint64_t bit = 1ull << element % CO_OWN_ELEMENTS;
+    return has & bit ? own->first + (uint32_t)__builtin_popcountll(has & (bit - 1)) : point;
+}
+
+// Normal of the bilinear patch at (u, v).
+static inline CoVec3 co_bilinear_normal(const CoVec3 q[4], float u, float v)
+{
+    CoVec3 du = co_lerp3(co_sub(q[1], q[0]), co_sub(q[2], q[3]), v);
+    CoVec3 dv = co_lerp3(co_sub(q[3], q[0]), co_sub(q[2], q[1]), u);
+    return co_normalize(co_cross(du, dv));
+}
 
 // A primvar of the description that passed its checks.
 typedef struct CoPrimvarSource {

@@ -95,6 +95,9 @@ bool co_subdivision_make_rates(CoSubdivision *s);
 // subdivide_patch.c
 bool co_subdivision_make_patches(CoSubdivision *s);
 
+// subdivide_normals.c: what eval has found per corner element, kept where faces do not share it.
+bool co_subdivision_share_normals(CoSubdivision *s);
+
 // subdivide_eval.c: fills points, normals and the values of all refined primvars. Needs the layout.
 bool co_subdivision_eval(CoSubdivision *s);
 

@@ -391,8 +391,9 @@ static bool allocate_values(CoSubdivision *s)
     s->points = co_mesh_keep(build, s->point_count + (size_t)1, 3 * sizeof *s->points);
     CO_MESH_CHECK_MEMORY(build, s->points);
     if (!shading->is_bilinear) {
-        size_t count = s->has_normal_seams ? s->corner_count : s->point_count;
-        s->normals = co_mesh_keep(build, count, sizeof *s->normals);
+        s->normals = s->has_normal_seams
+                         ? co_mesh_scratch(build, s->corner_count, sizeof *s->normals)
+                         : co_mesh_keep(build, s->point_count, sizeof *s->normals);
         CO_MESH_CHECK_MEMORY(build, s->normals);
         shading->limit_normals = s->normals;
         shading->has_corner_normals = s->has_normal_seams;
@@ -437,6 +438,8 @@ static void clean_values(CoSubdivision *s)
 bool co_subdivision_eval(CoSubdivision *s)
 {
     if (!allocate_values(s) || !run(s))
+        return false;
+    if (s->has_normal_seams && !co_subdivision_share_normals(s))
         return false;
     clean_values(s);
     return true;

