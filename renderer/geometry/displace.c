@@ -208,7 +208,7 @@ static bool make_normals(Displacement *d)
     bool is_faceted = !s->limit_normals && !s->normals.values && !s->is_bilinear;
     if (is_faceted)
         return true;
-    if (s->limit_normals && !s->own_normals) {
+    if (!d->rest) {
         d->normals = (uint32_t *)(uintptr_t)s->limit_normals;
         return true;
     }
@@ -223,6 +223,7 @@ static bool make_normals(Displacement *d)
     co_mesh_block_drop(&s->blocks, s->own_normals);
     s->limit_normals = NULL;
     s->own_normals = NULL;
+    s->has_derived_normals = false;
     return true;
 }
 
@@ -317,7 +318,8 @@ static bool allocate(Displacement *d, size_t workers)
 {
     CoMeshBlock **scratch = &d->scratch;
     size_t points = d->mesh->point_count;
-    bool needs_rest = !d->shading->limit_normals || d->shading->has_corner_normals;
+    const CoMeshShading *s = d->shading;
+    bool needs_rest = !s->limit_normals || s->has_corner_normals || s->has_derived_normals;
     if (needs_rest)
         d->rest = co_mesh_block_alloc(scratch, d->mesh->tri_count, 3 * sizeof *d->rest);
     d->amounts = co_mesh_block_alloc(scratch, points, sizeof *d->amounts);

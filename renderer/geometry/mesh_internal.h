@@ -73,6 +73,7 @@ typedef struct CoMeshShading {
     const uint32_t *limit_normals; // of limit surfaces, see unit_code.h; NULL: none
     bool has_corner_normals;       // those are per corner element, not per point, but for
     const CoOwnNormals *own_normals; // elements that have none of their own; NULL: all have
+    bool has_derived_normals;      // some are CO_UNIT_DERIVED
     uint32_t material;             // of faces in no subset
     const uint32_t *face_material; // [face_count], NULL: all `material`
     uint32_t ptex_face_offset;

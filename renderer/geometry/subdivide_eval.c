@@ -396,7 +396,6 @@ static bool allocate_values(CoSubdivision *s)
                          : co_mesh_keep(build, s->point_count, sizeof *s->normals);
         CO_MESH_CHECK_MEMORY(build, s->normals);
         shading->limit_normals = s->normals;
-        shading->has_corner_normals = s->has_normal_seams;
     }
     for (uint32_t k = 0; k < build->source_count; k++) {
         CoPrimvar *primvar = build->sources[k].primvar;

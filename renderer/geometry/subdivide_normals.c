@@ -188,7 +188,6 @@ static void keep_own(const Sharing *sharing, CoOwnNormals *own, uint32_t *normal
 {
     const CoSubdivision *s = sharing->s;
     uint32_t next = s->point_count;
-    memcpy(normals, sharing->at_points, s->point_count * sizeof *normals);
     for (uint32_t e = 0; e < s->corner_count; e++) {
         CoOwnNormals *of = &own[e / CO_OWN_ELEMENTS];
         if (e % CO_OWN_ELEMENTS == 0)
@@ -215,12 +214,18 @@ bool co_subdivision_share_normals(CoSubdivision *s)
     size_t own_count = 0;
     for (uint32_t e = 0; e < s->corner_count; e++)
         own_count += sharing.codes[e] != CO_UNIT_SHARED;
+    for (uint32_t p = 0; p < s->point_count; p++)
+        shading->has_derived_normals |= sharing.at_points[p] == CO_UNIT_DERIVED;
+    shading->has_corner_normals = own_count > 0;
     size_t word_count = (s->corner_count + (size_t)CO_OWN_ELEMENTS - 1) / CO_OWN_ELEMENTS;
-    CoOwnNormals *own = co_mesh_keep(build, word_count, sizeof *own);
+    CoOwnNormals *own = own_count ? co_mesh_keep(build, word_count, sizeof *own) : NULL;
     uint32_t *normals = co_mesh_keep(build, s->point_count + own_count, sizeof *normals);
-    CO_MESH_CHECK_MEMORY(build, own);
+    if (own_count)
+        CO_MESH_CHECK_MEMORY(build, own);
     CO_MESH_CHECK_MEMORY(build, normals);
-    keep_own(&sharing, own, normals);
+    memcpy(normals, sharing.at_points, s->point_count * sizeof *normals);
+    if (own)
+        keep_own(&sharing, own, normals);
     shading->limit_normals = normals;
     shading->own_normals = own;
     return true;
