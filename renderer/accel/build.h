@@ -1,8 +1,10 @@
 // Builds trees: binned surface-area heuristic into binary trees, then collapsed to 8 wide.
 //
-// Large ranges are split by passes of all threads until they are small; then each is built,
-// collapsed and packed by one thread, and what it needed is given back at once. So a build never
-// holds much more than its result, and its memory does not grow with a binary tree over everything.
+// Large ranges are split by passes of all threads until they are small; then one thread makes a
+// binary tree over each, which takes the place of the prims that have become leaves. By then the
+// size of everything is known: nodes are written where they stay, what is left is the numbers of
+// the prims, and leaves are written from those. So a build never holds much more than its prims,
+// or than its result. A small tree is built by one thread alone.
 //
 // Source: Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies"; the collapse
 // is the cheapest one, by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient Incoherent
@@ -22,23 +24,34 @@ typedef struct CoBuildPrim {
 } CoBuildPrim;
 _Static_assert(sizeof(CoBuildPrim) == 28, "boxes and ids alone");
 
+// A leaf that is to be written.
+typedef struct CoLeafShape {
+    uint32_t ids[CO_LEAF_WIDTH]; // below 2^31, in the order in which they are asked for later
+    uint32_t count;
+    uint32_t bytes; // a multiple of CO_LEAF_UNIT; 0: the reference is all of it
+    uint32_t ref;   // less its place, which the builder adds
+} CoLeafShape;
+
 // What leaves look like. Its functions are called from any thread.
 typedef struct CoLeafRule {
-    // True when these may be one leaf, which must hold for a single one. They are written as a leaf
-    // later then.
-    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count);
-    // Writes a leaf to `out`, says its size, a multiple of CO_LEAF_UNIT, 0 where leaves are only
-    // references, and gives its reference, less its place, which the builder adds.
-    uint32_t (*emit)(const void *context, const CoBuildPrim *prims, size_t count,
-                     unsigned char *out, size_t *bytes);
-    // Of these there will soon be leaves: a hint, NULL if it is of no use.
+    // Whether these may be one leaf, which must hold for a single one, and what it is then.
+    bool (*fits)(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out);
+    // Writes one that has bytes; returns how many.
+    size_t (*emit)(const void *context, const uint32_t *ids, size_t count, unsigned char *out);
+    // Of these there will soon be leaves: hints, NULL if they are of no use. The second comes
+    // before they are written.
     void (*approach)(const void *context, const CoBuildPrim *prims, size_t count);
+    void (*expect)(const void *context, uint32_t near_id, uint32_t far_id);
     const void *context;
-    size_t most;       // prims of a leaf
-    size_t flat;       // of so many, each is a leaf of one node, however they lie: for things alike
-                       // and side by side, CO_NODE_WIDTH; else 0
-    size_t prim_bytes; // most bytes of a leaf by its prims
+    size_t most; // prims of a leaf, up to CO_LEAF_WIDTH
+    size_t flat; // of so many, each is a leaf of one node, however they lie: for things alike and
+                 // side by side, CO_NODE_WIDTH; else 0
 } CoLeafRule;
+
+// Fewer prims are built over by one thread: others would be waited for longer than they help.
+enum {
+    CO_BUILD_ALONE = 8192
+};
 
 // A tree and its leaves. There are CO_LEAF_TAIL bytes of zero behind the last leaf.
 typedef struct CoTreeParts {

@@ -8,11 +8,6 @@
 
 #include <string.h>
 
-// A leaf of one triangle; those of more take less for each.
-enum {
-    LEAF_PRIM_BYTES = 48
-};
-
 // The triangles of a leaf and the distinct points they share.
 typedef struct Corners {
     uint32_t points[CO_LEAF_WIDTH];
@@ -43,21 +38,6 @@ static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count,
     return true;
 }
 
-// Asks for the points too, which are wanted when the leaf is written.
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
-{
-    const CoMesh *mesh = context;
-    Corners corners;
-    uint32_t tris[CO_LEAF_WIDTH];
-    for (size_t i = 0; i < count; i++)
-        tris[i] = prims[i].id;
-    if (!share_points(mesh, tris, count, &corners))
-        return false;
-    for (size_t j = 0; j < corners.point_count; j++)
-        __builtin_prefetch(mesh->points + 3 * (size_t)corners.points[j]);
-    return true;
-}
-
 static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
 {
     memcpy(out, bytes, count);
@@ -76,7 +56,7 @@ static unsigned char *put_corners(unsigned char *out, const Corners *corners, si
 }
 
 // What stands behind the points, see node.h.
-static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t count, bool is_near)
+static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t count, bool near)
 {
     uint32_t skipped[CO_LEAF_WIDTH], starts = 1, runs = 0;
     for (uint32_t i = 1; i < count; i++) {
@@ -86,9 +66,9 @@ static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t 
         skipped[runs++] = tris[i] - tris[0] - i;
     }
     out = put(out, &(uint16_t){(uint16_t)starts}, sizeof(uint16_t));
-    if (!is_near || runs % 2 == 0)
-        memset(out + (is_near ? 2 * runs : 0), 0, sizeof(uint16_t));
-    if (!is_near)
+    if (!near || runs % 2 == 0)
+        memset(out + (near ? 2 * runs : 0), 0, sizeof(uint16_t));
+    if (!near)
         return put(out + sizeof(uint16_t), skipped, runs * sizeof *skipped);
     for (uint32_t i = 0; i < runs; i++)
         out = put(out, &(uint16_t){(uint16_t)skipped[i]}, sizeof(uint16_t));
@@ -106,27 +86,50 @@ static void sort_numbers(uint32_t *numbers, size_t count)
     }
 }
 
-static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out, size_t *bytes)
+static bool is_near(const uint32_t *tris, size_t count)
+{
+    return tris[count - 1] - tris[0] <= UINT16_MAX;
+}
+
+// Of triangles in order.
+static size_t leaf_bytes(const uint32_t *tris, size_t count, size_t point_count)
+{
+    size_t runs = 1;
+    for (size_t i = 1; i < count; i++)
+        runs += tris[i] != tris[i - 1] + 1;
+    size_t tail = is_near(tris, count) ? (2 * runs + 3) & ~(size_t)3 : 4 * runs;
+    return co_leaf_first((uint32_t)count) + 4 + 12 * point_count + tail;
+}
+
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
+{
+    const CoMesh *mesh = context;
+    Corners corners;
+    for (size_t i = 0; i < count; i++)
+        out->ids[i] = prims[i].id;
+    if (!share_points(mesh, out->ids, count, &corners))
+        return false;
+    sort_numbers(out->ids, count);
+    out->count = (uint32_t)count;
+    out->bytes = (uint32_t)leaf_bytes(out->ids, count, corners.point_count);
+    out->ref = CO_REF_LEAF;
+    return true;
+}
+
+static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count, unsigned char *out)
 {
     const CoMesh *mesh = context;
     const unsigned char *begin = out;
     Corners corners;
-    uint32_t tris[CO_LEAF_WIDTH];
-    for (size_t i = 0; i < count; i++)
-        tris[i] = prims[i].id;
-    sort_numbers(tris, count);
     share_points(mesh, tris, count, &corners);
-    bool is_near = tris[count - 1] - tris[0] <= UINT16_MAX;
-    uint32_t first = tris[0] | (is_near ? CO_LEAF_NEAR : 0);
+    uint32_t first = tris[0] | (is_near(tris, count) ? CO_LEAF_NEAR : 0);
     out = put_corners(out, &corners, count);
     out = put(out, &first, sizeof first);
     for (size_t k = 0; k < 3; k++)
         for (size_t j = 0; j < corners.point_count; j++)
             out = put(out, &mesh->points[3 * (size_t)corners.points[j] + k], sizeof(float));
-    out = put_runs(out, tris, count, is_near);
-    *bytes = (size_t)(out - begin);
-    return CO_REF_LEAF;
+    out = put_runs(out, tris, count, is_near(tris, count));
+    return (size_t)(out - begin);
 }
 
 static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
@@ -147,6 +150,17 @@ static void approach(const void *context, const CoBuildPrim *prims, size_t count
     const CoMesh *mesh = context;
     for (size_t i = 0; i < count; i++)
         __builtin_prefetch(mesh->indices + 3 * (size_t)prims[i].id);
+}
+
+// The far one's corners, then, once these are there, its points.
+static void expect(const void *context, uint32_t near_id, uint32_t far_id)
+{
+    const CoMesh *mesh = context;
+    uint32_t tri[3];
+    __builtin_prefetch(mesh->indices + 3 * (size_t)far_id);
+    co_mesh_triangle(mesh, near_id, tri);
+    for (int c = 0; c < 3; c++)
+        __builtin_prefetch(mesh->points + 3 * (size_t)tri[c]);
 }
 
 typedef struct PrimFill {
@@ -184,7 +198,7 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
 {
     CO_CHECK_NULL(mesh->tri_count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
                   "a mesh of more than 2^31 - 2 triangles; split the mesh");
-    CoLeafRule rule = {leaf_fits, emit_leaf, approach, mesh, CO_LEAF_WIDTH, 0, LEAF_PRIM_BYTES};
+    CoLeafRule rule = {leaf_fits, emit_leaf, approach, expect, mesh, CO_LEAF_WIDTH, 0};
     CoPrimArray prims = {.count = mesh->tri_count};
     if (mesh->patches) {
         rule = co_grid_rule(mesh);
@@ -201,7 +215,7 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         return NULL;
     }
     PrimFill fill = {mesh, prims.prims};
-    co_parallel_for(prims.count, mesh->patches ? 1024 : 16384, fill_prims, &fill);
+    co_parallel_for(prims.count, mesh->patches ? 1024 : CO_BUILD_ALONE / 4, fill_prims, &fill);
     CoTreeParts parts;
     if (!co_tree_build(&prims, &rule, &parts, err)) {
         co_bvh_destroy(bvh);

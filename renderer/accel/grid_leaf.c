@@ -5,10 +5,6 @@
 #include <stddef.h>
 #include <string.h>
 
-// Of a full tile.
-#define LEAF_BYTES_MAX (sizeof(CoGridLeaf) + 4 + 6 * CO_TILE_BLOCKS)
-_Static_assert(LEAF_BYTES_MAX % CO_LEAF_UNIT == 0, "leaves are whole units");
-
 // What a tree of patches is built over: patches, above level 3 tiles of them.
 typedef struct Tile {
     uint32_t patch;
@@ -150,6 +146,14 @@ static uint8_t find_byte(float origin, float step, float x, bool is_high)
     return (uint8_t)byte;
 }
 
+static size_t tile_bytes(const CoPatchTable *table, const Tile *tile)
+{
+    uint32_t blocks = block_count(table, tile);
+    size_t bytes = sizeof(CoGridLeaf) + (table->level > CO_PATCH_TILE_SHIFT ? 4 : 0);
+    bytes += blocks > 1 ? 6 * blocks : 0;
+    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
+}
+
 static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
 {
     CoBox box = tile_box(mesh, tile);
@@ -174,58 +178,77 @@ static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *ou
             planes[(2 * k + 1) * blocks] = find_byte(leaf.origin[k], step, block.hi[k], true);
         }
     }
-    size_t end = bytes + (blocks > 1 ? 6 * blocks : 0), odd = end % CO_LEAF_UNIT;
-    memset(out + end, 0, odd ? CO_LEAF_UNIT - odd : 0);
-    return end + (odd ? CO_LEAF_UNIT - odd : 0);
+    size_t end = bytes + (blocks > 1 ? 6 * blocks : 0), whole = tile_bytes(mesh->patches, tile);
+    memset(out + end, 0, whole - end);
+    return whole;
 }
 
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count)
+static bool is_far(const uint32_t *patches, size_t count)
 {
-    (void)context;
-    (void)prims;
-    (void)count;
-    return true;
+    return patches[count - 1] - patches[0] > UINT16_MAX;
 }
 
-static size_t put_list(const CoBuildPrim *prims, uint32_t count, unsigned char *out)
+static size_t list_bytes(const uint32_t *patches, size_t count)
 {
-    uint32_t patches[CO_LIST_PATCHES];
+    if (is_far(patches, count))
+        return sizeof(CoGridList) + (count - 1) * sizeof *patches;
+    size_t bytes = offsetof(CoGridList, near) + (count - 1) * sizeof(uint16_t);
+    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
+}
+
+// In order.
+static void list_patches(const CoBuildPrim *prims, uint32_t count, uint32_t *patches)
+{
     for (uint32_t k = 0; k < count; k++) {
         uint32_t at = k;
         for (; at > 0 && patches[at - 1] > prims[k].id; at--)
             patches[at] = patches[at - 1];
         patches[at] = prims[k].id;
     }
-    bool is_far = patches[count - 1] - patches[0] > UINT16_MAX;
-    CoGridList list = {patches[0], (uint16_t)(is_far ? count | CO_LIST_FAR : count)};
+}
+
+static size_t write_list(const uint32_t *patches, size_t count, unsigned char *out)
+{
+    size_t bytes = list_bytes(patches, count), at = offsetof(CoGridList, near);
+    bool far = is_far(patches, count);
+    CoGridList list = {patches[0], (uint16_t)(far ? count | CO_LIST_FAR : count)};
     memcpy(out, &list, sizeof list);
-    if (is_far) {
-        memcpy(out + sizeof list, patches + 1, (count - 1) * sizeof *patches);
-        return sizeof list + (count - 1) * sizeof *patches;
+    if (far) {
+        memcpy(out + sizeof list, patches + 1, bytes - sizeof list);
+        return bytes;
     }
     uint16_t near[CO_LIST_PATCHES] = {0};
-    for (uint32_t k = 1; k < count; k++)
+    for (size_t k = 1; k < count; k++)
         near[k - 1] = (uint16_t)(patches[k] - patches[0]);
-    size_t at = offsetof(CoGridList, near), bytes = at + (count - 1) * sizeof *near;
-    bytes = (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
     memcpy(out + at, near, bytes - at);
     return bytes;
 }
 
-static uint32_t emit_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out, size_t *bytes)
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
 {
     const CoMesh *mesh = context;
-    *bytes = 0;
-    if (co_grid_is_block(mesh->patches))
-        return CO_REF_LEAF | prims[0].id;
-    if (co_grid_is_list(mesh->patches)) {
-        *bytes = put_list(prims, (uint32_t)count, out);
+    out->count = (uint32_t)count;
+    out->ref = CO_REF_LEAF;
+    list_patches(prims, out->count, out->ids);
+    if (co_grid_is_block(mesh->patches)) {
+        out->ref |= prims[0].id;
+        out->bytes = 0;
+    } else if (co_grid_is_list(mesh->patches)) {
+        out->bytes = (uint32_t)list_bytes(out->ids, count);
     } else {
         Tile tile = find_tile(mesh->patches, prims[0].id);
-        *bytes = write_tile(mesh, &tile, out);
+        out->bytes = (uint32_t)tile_bytes(mesh->patches, &tile);
     }
-    return CO_REF_LEAF;
+    return true;
+}
+
+static size_t emit_leaf(const void *context, const uint32_t *ids, size_t count, unsigned char *out)
+{
+    const CoMesh *mesh = context;
+    if (co_grid_is_list(mesh->patches))
+        return write_list(ids, count, out);
+    Tile tile = find_tile(mesh->patches, ids[0]);
+    return write_tile(mesh, &tile, out);
 }
 
 // Quads, and faces, are not worth a second block: they take few bytes as it is.
@@ -238,11 +261,10 @@ static size_t list_size(const CoPatchTable *table)
 
 CoLeafRule co_grid_rule(const CoMesh *mesh)
 {
-    CoLeafRule rule = {leaf_fits, emit_leaf, NULL, mesh, 1, CO_NODE_WIDTH, LEAF_BYTES_MAX};
+    CoLeafRule rule = {leaf_fits, emit_leaf, NULL, NULL, mesh, 1, CO_NODE_WIDTH};
     if (co_grid_is_list(mesh->patches)) {
         rule.most = list_size(mesh->patches);
         rule.flat = 0;
-        rule.prim_bytes = sizeof(CoGridList) + CO_LEAF_UNIT;
     }
     return rule;
 }

@@ -39,13 +39,13 @@ static bool add_range(CoOpening *o, const CoRange *range)
     return is_done;
 }
 
-static bool add_binary(CoOpening *o, const CoRange *range)
+static bool add_binary(CoOpening *o, const CoBinaryNode *node)
 {
     void *binary = o->binary;
     bool is_done = reserve(&binary, &o->binary_capacity, o->binary_count, sizeof *o->binary);
     o->binary = binary;
     if (is_done)
-        o->binary[o->binary_count++] = (CoBinaryNode){.box = range->box};
+        o->binary[o->binary_count++] = *node;
     return is_done;
 }
 
@@ -53,19 +53,17 @@ static bool add_binary(CoOpening *o, const CoRange *range)
 static bool open_range(CoOpening *o, CoWideSplit *split, CoBuildPrim *prims, const CoRange *range,
                        size_t limit)
 {
-    size_t index = o->binary_count;
-    if (!add_binary(o, range))
-        return false;
+    CoBinaryNode node = {.box = range->box, .left = CO_REF_LEAF};
     if (range->count <= limit) {
-        o->binary[index].leaf = (uint32_t)o->range_count;
-        return add_range(o, range);
+        node.leaf = (uint32_t)o->range_count;
+        return add_range(o, range) && add_binary(o, &node);
     }
     CoRange halves[2];
     co_wide_split_range(split, prims, range, halves);
     if (!open_range(o, split, prims, &halves[0], limit))
         return false;
-    o->binary[index].right = (uint32_t)o->binary_count;
-    return open_range(o, split, prims, &halves[1], limit);
+    node.left = co_opening_root(o);
+    return open_range(o, split, prims, &halves[1], limit) && add_binary(o, &node);
 }
 
 // The second step: each range of the first opened on its own.
@@ -93,35 +91,33 @@ static void open_deeper(void *context, size_t begin, size_t end, uint32_t worker
 // The tree of one inner opening takes the place of a leaf of the outer.
 static bool put_inner(CoOpening *out, const CoOpening *inner)
 {
-    uint32_t base = (uint32_t)out->binary_count, ranges = (uint32_t)out->range_count;
+    uint32_t base = (uint32_t)out->binary_count * CO_BINARY_UNITS;
+    uint32_t ranges = (uint32_t)out->range_count;
     for (size_t i = 0; i < inner->range_count; i++)
         if (!add_range(out, &inner->ranges[i]))
             return false;
     for (size_t i = 0; i < inner->binary_count; i++) {
-        CoRange range = {.box = inner->binary[i].box};
-        if (!add_binary(out, &range))
-            return false;
-        CoBinaryNode *node = &out->binary[base + i];
-        if (inner->binary[i].right)
-            node->right = base + inner->binary[i].right;
+        CoBinaryNode node = inner->binary[i];
+        if (co_binary_is_leaf(&node))
+            node.leaf += ranges;
         else
-            node->leaf = ranges + inner->binary[i].leaf;
+            node.left += base;
+        if (!add_binary(out, &node))
+            return false;
     }
     return true;
 }
 
 // Walks the outer tree, which is small.
-static bool join(CoOpening *out, const CoOpening *outer, const CoOpening *inner, size_t from)
+static bool join(CoOpening *out, const CoOpening *outer, const CoOpening *inner, uint32_t from)
 {
-    const CoBinaryNode *node = &outer->binary[from];
-    if (!node->right)
-        return put_inner(out, &inner[node->leaf]);
-    size_t index = out->binary_count;
-    CoRange range = {.box = node->box};
-    if (!add_binary(out, &range) || !join(out, outer, inner, from + 1))
+    CoBinaryNode node = *co_binary_at(outer->binary, from);
+    if (co_binary_is_leaf(&node))
+        return put_inner(out, &inner[node.leaf]);
+    if (!join(out, outer, inner, node.left))
         return false;
-    out->binary[index].right = (uint32_t)out->binary_count;
-    return join(out, outer, inner, node->right);
+    node.left = co_opening_root(out);
+    return join(out, outer, inner, from - CO_BINARY_UNITS) && add_binary(out, &node);
 }
 
 static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *out)
@@ -132,7 +128,8 @@ static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *
     if (!deeper.inner)
         return false;
     co_parallel_for(outer->range_count, 1, open_deeper, &deeper);
-    bool is_done = !deeper.is_out_of_memory && join(out, outer, deeper.inner, 0);
+    bool is_done =
+        !deeper.is_out_of_memory && join(out, outer, deeper.inner, co_opening_root(outer));
     for (size_t i = 0; i < outer->range_count; i++)
         co_opening_clear(&deeper.inner[i]);
     co_free(TAG, deeper.inner, bytes);
@@ -140,36 +137,38 @@ static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *
 }
 
 // Children before parents.
-static void plan(CoOpening *o, size_t from, CoPlan *out)
+static void plan(CoOpening *o, size_t index, CoPlan *out)
 {
-    CoBinaryNode *node = &o->binary[from];
+    CoBinaryNode *node = &o->binary[index];
     CoPlan halves[2];
-    if (node->right) {
-        plan(o, from + 1, &halves[0]);
-        plan(o, node->right, &halves[1]);
+    bool is_leaf = co_binary_is_leaf(node);
+    if (!is_leaf) {
+        plan(o, node->left / CO_BINARY_UNITS, &halves[0]);
+        plan(o, index - 1, &halves[1]);
     }
-    co_plan_node(node, node->right ? halves : NULL, o->scale, out);
+    co_plan_node(node, is_leaf ? NULL : halves, o->scale, out);
 }
 
-static bool open_wide(const CoPrimArray *prims, CoOpening *out)
+static bool open_wide(const CoPrimArray *prims, uint32_t threads, CoOpening *out)
 {
     CoOpening outer = {0};
     CoRange all = {.count = (uint32_t)prims->count};
-    size_t limit = prims->count / WIDE_SHARE / co_worker_count();
-    CoWideSplit *split = co_wide_split_create(prims->count, co_worker_count());
+    size_t limit = prims->count / WIDE_SHARE / threads;
+    CoWideSplit *split = co_wide_split_create(prims->count, threads);
     bool is_done = split != NULL;
     if (split) {
         all.box = out->box = co_wide_split_box(split, prims->prims, prims->count);
-        is_done = open_range(&outer, split, prims->prims, &all,
-                             limit > out->largest ? limit : out->largest);
+        is_done = threads == 1 ? open_range(out, split, prims->prims, &all, out->largest)
+                               : open_range(&outer, split, prims->prims, &all,
+                                            limit > out->largest ? limit : out->largest);
     }
     co_wide_split_destroy(split);
-    is_done = is_done && deepen(prims, &outer, out);
+    is_done = is_done && (threads == 1 || deepen(prims, &outer, out));
     co_opening_clear(&outer);
     return is_done;
 }
 
-bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out)
+bool co_opening_make(const CoPrimArray *prims, size_t leaf, uint32_t threads, CoOpening *out)
 {
     size_t share = prims->count / SUBTREE_SHARE;
     *out = (CoOpening){.largest = share};
@@ -177,12 +176,12 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out)
         out->largest = share < SUBTREE_MIN ? SUBTREE_MIN : SUBTREE_MAX;
     bool is_done;
     if (prims->count > out->largest) {
-        is_done = open_wide(prims, out);
+        is_done = open_wide(prims, threads, out);
     } else {
         CoRange all = {.count = (uint32_t)prims->count};
         all.box = out->box = co_box4_store(co_prim_box(prims->prims, prims->count));
         out->largest = prims->count;
-        is_done = add_binary(out, &all) && add_range(out, &all);
+        is_done = open_range(out, NULL, prims->prims, &all, out->largest);
     }
     if (!is_done)
         return false;
@@ -190,7 +189,7 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out)
     double area = co_box_area(&out->box);
     double weight = (double)prims->count / (MEMORY_WORTH * (double)leaf);
     out->scale = area > 0.0 ? weight / area : 0.0;
-    plan(out, 0, &root);
+    plan(out, out->binary_count - 1, &root);
     return true;
 }
 

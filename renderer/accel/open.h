@@ -8,8 +8,8 @@
 
 #include "accel/subtree.h"
 
-// The ranges from left to right, and the binary tree above them in depth-first order, planned. A
-// leaf of it has the number of its range in `leaf`.
+// The ranges from left to right, and the binary tree above them, planned: children before their
+// parent, the root last. A leaf of it has the number of its range in `leaf`.
 typedef struct CoOpening {
     CoRange *ranges;
     CoBinaryNode *binary;
@@ -19,8 +19,14 @@ typedef struct CoOpening {
     double scale; // see CoSubtree
 } CoOpening;
 
-// Takes at least one prim; `leaf` of them at most become a leaf. False when memory ends; *out is to be cleared all the same.
-bool co_opening_make(const CoPrimArray *prims, size_t leaf, CoOpening *out);
+// Takes at least one prim; `leaf` of them at most become a leaf. False when memory ends; *out is to
+// be cleared all the same.
+bool co_opening_make(const CoPrimArray *prims, size_t leaf, uint32_t threads, CoOpening *out);
+static inline uint32_t co_opening_root(const CoOpening *opening)
+{
+    return (uint32_t)(opening->binary_count - 1) * CO_BINARY_UNITS;
+}
+
 void co_opening_clear(CoOpening *opening);
 
 #endif

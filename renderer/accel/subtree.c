@@ -12,10 +12,21 @@
 #define TAG CO_MEMORY_ACCEL
 
 enum {
-    NEAR = 64, // ranges of this size are leaves soon
-    STEP = 64,  // arrays grow by this much at least
-    PRIMS_OF_NODE = 5 // at most, as a first guess
+    NEAR = 64,  // ranges of this size are leaves soon
+    AHEAD = 32, // ids, from what is written to what is asked for
+    STEP = 4096 // bytes by which records that lie apart grow at least
 };
+
+// What is known of a subtree on the way. Records wait in `held` for their place.
+typedef struct Subtree {
+    const CoSubtrees *in;
+    CoPiece *out;
+    size_t first, dead; // prims of the range, those of them that have become leaves
+    size_t held_bytes;
+    bool is_out_of_memory;
+    unsigned char held[CO_RECORDS_HELD + sizeof(CoLeafShape)];
+} Subtree;
+_Static_assert(sizeof(CoLeafShape) >= sizeof(CoBinaryNode), "room for any record");
 
 // An inner node's plan: in 3 bits for each j from 2 on how many of j children go left, 0: it has as
 // many as with j - 1; above them how many leaves follow in place of two subtrees, mostly 0.
@@ -66,40 +77,49 @@ void co_plan_node(CoBinaryNode *node, const CoPlan halves[2], double scale, CoPl
     node->plan = plan;
 }
 
+// The children of a node of leaves alone, each behind its ids.
+static int list_flat(const void *records, uint32_t at, int flat, uint32_t *children)
+{
+    for (int i = flat; i-- > 0;) {
+        at -= CO_BINARY_UNITS;
+        children[i] = at;
+        at -= co_binary_at(records, at)->left & ~CO_REF_LEAF;
+    }
+    return flat;
+}
+
 // Lists the subtrees that take at most j children's places, after `count` others.
-static int list_children(const CoBinaryNode *nodes, size_t from, int j, int count,
+static int list_children(const void *records, uint32_t from, int j, int count,
                          uint32_t children[CO_NODE_WIDTH])
 {
-    const CoBinaryNode *node = &nodes[from];
-    int flat = node->right ? (int)(node->plan >> FLAT_SHIFT) : 0;
-    if (flat && j >= flat) {
-        for (int i = 1; i <= flat; i++)
-            children[count++] = (uint32_t)from + (uint32_t)i;
-        return count;
-    }
-    while (node->right && j > 1 && share_of(node, j) == 0)
+    const CoBinaryNode *node = co_binary_at(records, from);
+    bool is_leaf = co_binary_is_leaf(node);
+    int flat = is_leaf ? 0 : (int)(node->plan >> FLAT_SHIFT);
+    if (flat && j >= flat)
+        return count + list_flat(records, from, flat, children + count);
+    while (!is_leaf && j > 1 && share_of(node, j) == 0)
         j--;
-    if (!node->right || j == 1 || flat) {
-        children[count] = (uint32_t)from;
+    if (is_leaf || j == 1 || flat) {
+        children[count] = from;
         return count + 1;
     }
-    count = list_children(nodes, from + 1, share_of(node, j), count, children);
-    return list_children(nodes, node->right, j - share_of(node, j), count, children);
+    count = list_children(records, node->left, share_of(node, j), count, children);
+    return list_children(records, from - CO_BINARY_UNITS, j - share_of(node, j), count, children);
 }
 
-int co_plan_children(const CoBinaryNode *nodes, size_t from, uint32_t children[CO_NODE_WIDTH])
+int co_plan_children(const void *records, uint32_t from, uint32_t children[CO_NODE_WIDTH])
 {
-    return list_children(nodes, from, CO_NODE_WIDTH, 0, children);
+    return list_children(records, from, CO_NODE_WIDTH, 0, children);
 }
 
-size_t co_plan_count(const CoBinaryNode *nodes, size_t from)
+size_t co_plan_count(const void *records, uint32_t from)
 {
     uint32_t children[CO_NODE_WIDTH];
-    int count = co_plan_children(nodes, from, children);
+    int count = co_plan_children(records, from, children);
     size_t wide = 1;
     for (int i = 0; i < count; i++)
-        if (nodes[children[i]].right)
-            wide += co_plan_count(nodes, children[i]);
+        if (!co_binary_is_leaf(co_binary_at(records, children[i])))
+            wide += co_plan_count(records, children[i]);
     return wide;
 }
 
@@ -123,205 +143,225 @@ void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref)
     node->child[i] = ref;
 }
 
-// Room for so many elements, in steps that leave little unused.
-static bool reserve(void **array, size_t *capacity, size_t count, size_t element)
+// Room for so many bytes apart from the prims.
+static bool reserve(CoPiece *piece, size_t bytes)
 {
-    if (count <= *capacity)
+    if (bytes <= piece->capacity)
         return true;
-    size_t more = *capacity + *capacity / 4, wanted = count < more ? more : count + STEP;
-    void *moved = co_realloc(TAG, *array, *capacity * element, wanted * element);
+    size_t wanted = bytes + bytes / 4 + STEP;
+    void *from = piece->capacity ? piece->bytes : NULL;
+    unsigned char *moved = co_realloc(TAG, from, piece->capacity, wanted);
     if (!moved)
         return false;
-    *array = moved;
-    *capacity = wanted;
+    if (!from && piece->byte_count)
+        memcpy(moved, piece->bytes, piece->byte_count);
+    piece->bytes = moved;
+    piece->capacity = wanted;
     return true;
 }
 
-static bool reserve_node(CoSubtree *s)
+// Gives back what it does not need, if the heap can.
+static void fit(CoPiece *piece)
 {
-    void *nodes = s->nodes;
-    bool is_done = reserve(&nodes, &s->node_capacity, s->node_count + 1, sizeof *s->nodes);
-    s->nodes = nodes;
-    return is_done;
-}
-
-// Puts what has been emitted to the other leaves: where prims are dead, as far as there is room, or
-// apart, once too much of it waits for that or nothing more is to come.
-static bool put_leaves(CoSubtree *s, size_t dead, bool is_last)
-{
-    size_t room = dead - s->leaf_bytes, bytes = s->held < room ? s->held : room;
-    if (s->leaves != s->apart && s->held - bytes > (is_last ? 0 : CO_LEAVES_HELD)) {
-        void *apart = s->apart;
-        if (!reserve(&apart, &s->apart_capacity, s->leaf_bytes + s->held, 1))
-            return false;
-        s->apart = apart;
-        if (s->leaf_bytes)
-            memcpy(s->apart, s->leaves, s->leaf_bytes);
-        s->leaves = s->apart;
-    }
-    if (s->leaves == s->apart) {
-        void *apart = s->apart;
-        bytes = s->held;
-        if (!reserve(&apart, &s->apart_capacity, s->leaf_bytes + bytes, 1))
-            return false;
-        s->leaves = s->apart = apart;
-    }
-    if (bytes)
-        memcpy(s->leaves + s->leaf_bytes, s->emitted, bytes);
-    s->leaf_bytes += bytes;
-    s->held -= bytes;
-    if (s->held)
-        memmove(s->emitted, s->emitted + bytes, s->held);
-    return true;
-}
-
-// A leaf is written when the next one is found, by when the memory it asked for has arrived, and
-// before any prim that comes after its own is touched.
-static void write_pending(CoSubtree *s, bool is_last)
-{
-    const CoRange leaf = s->pending;
-    size_t bytes = 0, place = (s->leaf_bytes + s->held) / CO_LEAF_UNIT;
-    if (leaf.count == 0)
+    if (piece->capacity == piece->byte_count)
         return;
-    s->pending.count = 0;
-    uint32_t ref = s->rule->emit(s->rule->context, s->prims + leaf.first, leaf.count,
-                                 s->emitted + s->held, &bytes);
-    s->nodes[s->pending_node].leaf = ref + (uint32_t)place;
-    s->held += bytes;
-    size_t dead = leaf.first + leaf.count - s->first;
-    s->is_out_of_memory = !put_leaves(s, dead * sizeof *s->prims, is_last);
+    void *fitted = piece->byte_count
+                       ? co_realloc(TAG, piece->bytes, piece->capacity, piece->byte_count)
+                       : NULL;
+    if (piece->byte_count == 0)
+        co_free(TAG, piece->bytes, piece->capacity);
+    else if (!fitted)
+        return;
+    piece->bytes = fitted;
+    piece->capacity = piece->byte_count;
 }
 
-static uint32_t grow(CoSubtree *s, const CoRange *range, CoPlan *out);
+// Puts what is held to the other records: where prims are dead, as far as there is room, or apart,
+// once more waits for that than `most` bytes.
+static void settle(Subtree *s, size_t most)
+{
+    CoPiece *out = s->out;
+    size_t room = s->dead * sizeof(CoBuildPrim) - out->byte_count;
+    if (out->capacity || (s->held_bytes > room && s->held_bytes - room > most)) {
+        s->is_out_of_memory = !reserve(out, out->byte_count + s->held_bytes);
+        room = s->held_bytes;
+    }
+    if (s->is_out_of_memory)
+        return;
+    size_t bytes = s->held_bytes < room ? s->held_bytes : room;
+    memcpy(out->bytes + out->byte_count, s->held, bytes);
+    out->byte_count += bytes;
+    s->held_bytes -= bytes;
+    if (s->held_bytes)
+        memmove(s->held, s->held + bytes, s->held_bytes);
+}
+
+static void put(Subtree *s, const void *record, size_t bytes)
+{
+    if (s->is_out_of_memory)
+        return;
+    memcpy(s->held + s->held_bytes, record, bytes);
+    s->held_bytes += bytes;
+    settle(s, CO_RECORDS_HELD);
+}
+
+// Returns where it is.
+static uint32_t put_node(Subtree *s, const CoBinaryNode *node)
+{
+    size_t at = (s->out->byte_count + s->held_bytes) / CO_LEAF_UNIT;
+    put(s, node, sizeof *node);
+    return (uint32_t)at;
+}
+
+static uint32_t put_leaf(Subtree *s, const CoRange *range, const CoLeafShape *shape, CoPlan *out)
+{
+    CoBinaryNode node = {.box = range->box, .left = CO_REF_LEAF};
+    node.leaf = shape->ref + (uint32_t)(s->out->leaf_bytes / CO_LEAF_UNIT);
+    s->out->leaf_bytes += shape->bytes;
+    s->dead = range->first + range->count - s->first;
+    if (shape->bytes) {
+        uint32_t ids[CO_LEAF_WIDTH];
+        memcpy(ids, shape->ids, sizeof ids);
+        ids[0] |= CO_ID_FIRST;
+        put(s, ids, shape->count * sizeof *ids);
+        node.left |= shape->count;
+    }
+    co_plan_node(&node, NULL, s->in->scale, out);
+    return put_node(s, &node);
+}
+
+static uint32_t grow(Subtree *s, const CoRange *range, CoPlan *out);
 
 // A node of leaves alone. In a parent it takes one place, or one for each of them.
-static void grow_flat(CoSubtree *s, const CoRange *range, uint32_t index, CoPlan *out)
+static uint32_t grow_flat(Subtree *s, const CoRange *range, CoPlan *out)
 {
+    CoBinaryNode node = {.box = range->box, .plan = range->count << FLAT_SHIFT};
     float leaves = 0.0f;
     for (uint32_t i = 0; i < range->count; i++) {
         CoRange one = {.first = range->first + i, .count = 1, .depth = range->depth + 1};
-        memcpy(one.box.lo, s->prims[one.first].lo, sizeof one.box.lo);
-        memcpy(one.box.hi, s->prims[one.first].hi, sizeof one.box.hi);
-        grow(s, &one, out);
+        memcpy(one.box.lo, s->in->prims[one.first].lo, sizeof one.box.lo);
+        memcpy(one.box.hi, s->in->prims[one.first].hi, sizeof one.box.hi);
+        uint32_t at = grow(s, &one, out);
+        node.left = i == 0 ? at : node.left;
         leaves += out->cost[1];
     }
-    float area = (float)(co_box_area(&range->box) * s->scale);
+    float area = (float)(co_box_area(&range->box) * s->in->scale);
     for (uint32_t j = 1; j < CO_NODE_WIDTH; j++)
         out->cost[j] = leaves + (j < range->count ? area * NODE_COST + NODE_ROOM : 0.0f);
-    if (s->is_out_of_memory)
-        return;
-    s->nodes[index].right = index + 1;
-    s->nodes[index].plan = range->count << FLAT_SHIFT;
+    return put_node(s, &node);
 }
 
-// Returns the index of the range's node, and its plan.
-static uint32_t grow(CoSubtree *s, const CoRange *range, CoPlan *out)
+// Returns where the range's node is, and its plan.
+static uint32_t grow(Subtree *s, const CoRange *range, CoPlan *out)
 {
-    uint32_t index = (uint32_t)s->node_count;
+    const CoLeafRule *rule = s->in->rule;
+    CoBuildPrim *prims = s->in->prims;
+    CoLeafShape shape;
     memset(out, 0, sizeof *out);
-    s->is_out_of_memory = s->is_out_of_memory || !reserve_node(s);
     if (s->is_out_of_memory)
         return 0;
-    s->nodes[s->node_count++] = (CoBinaryNode){.box = range->box};
-    if (range->count <= s->rule->most &&
-        s->rule->fits(s->rule->context, s->prims + range->first, range->count)) {
-        write_pending(s, false);
-        s->pending = *range;
-        s->pending_node = index;
-        co_plan_node(&s->nodes[index], NULL, s->scale, out);
-        return index;
-    }
-    if (range->count <= s->rule->flat) {
-        grow_flat(s, range, index, out);
-        return index;
-    }
+    if (range->count <= rule->most &&
+        rule->fits(rule->context, prims + range->first, range->count, &shape))
+        return put_leaf(s, range, &shape, out);
+    if (range->count <= rule->flat)
+        return grow_flat(s, range, out);
     CoRange halves[2];
     CoPlan plans[2];
-    co_split_range(s->prims, range, halves);
-    for (int i = 0; i < 2 && s->rule->approach; i++)
+    co_split_range(prims, range, halves);
+    for (int i = 0; i < 2 && rule->approach; i++)
         if (range->count > NEAR && halves[i].count <= NEAR)
-            s->rule->approach(s->rule->context, s->prims + halves[i].first, halves[i].count);
-    grow(s, &halves[0], &plans[0]);
-    uint32_t right = grow(s, &halves[1], &plans[1]);
-    if (s->is_out_of_memory)
-        return 0;
-    s->nodes[index].right = right;
-    co_plan_node(&s->nodes[index], plans, s->scale, out);
-    return index;
+            rule->approach(rule->context, prims + halves[i].first, halves[i].count);
+    CoBinaryNode node = {.box = range->box};
+    node.left = grow(s, &halves[0], &plans[0]);
+    grow(s, &halves[1], &plans[1]);
+    co_plan_node(&node, plans, s->in->scale, out);
+    return put_node(s, &node);
 }
 
-// Parents before children, in depth-first order.
-static uint32_t write_node(const CoSubtree *s, uint32_t from, CoPiece *out)
-{
-    uint32_t index = (uint32_t)out->node_count++, children[CO_NODE_WIDTH];
-    CoWideNode node;
-    int count = co_plan_children(s->nodes, from, children);
-    co_wide_node_clear(&node);
-    for (int i = 0; i < count; i++) {
-        const CoBinaryNode *child = &s->nodes[children[i]];
-        co_wide_node_set(&node, i, &child->box,
-                         child->right ? write_node(s, children[i], out) : child->leaf);
-    }
-    memcpy(out->bytes + out->leaf_bytes + index * sizeof node, &node, sizeof node);
-    return index;
-}
-
-bool co_subtree_build(CoSubtree *s, const CoRange *range, bool has_node, CoPiece *out)
+bool co_subtree_build(const CoSubtrees *in, const CoRange *range, bool has_node, CoPiece *out)
 {
     CoPlan plan;
-    *out = (CoPiece){.bytes = (unsigned char *)(s->prims + range->first)};
-    s->first = range->first;
-    s->leaves = out->bytes;
-    s->node_count = s->leaf_bytes = s->held = s->pending.count = 0;
-    void *nodes = s->nodes;
-    s->is_out_of_memory =
-        !reserve(&nodes, &s->node_capacity, range->count / PRIMS_OF_NODE, sizeof *s->nodes);
-    s->nodes = nodes;
-    grow(s, range, &plan);
-    if (!s->is_out_of_memory)
-        write_pending(s, true);
-    if (s->is_out_of_memory)
+    Subtree s = {.in = in, .out = out, .first = range->first};
+    *out = (CoPiece){.bytes = (unsigned char *)(in->prims + range->first)};
+    out->root = grow(&s, range, &plan);
+    if (!s.is_out_of_memory)
+        settle(&s, 0);
+    if (s.is_out_of_memory) {
+        co_piece_clear(out);
         return false;
-    bool is_node = has_node || s->nodes[0].right;
-    size_t bytes = s->leaf_bytes + (is_node ? co_plan_count(s->nodes, 0) : 0) * sizeof(CoWideNode);
-    if (s->leaves == s->apart || bytes > range->count * sizeof *s->prims) {
-        out->bytes = co_alloc(TAG, bytes);
-        if (!out->bytes)
-            return false;
-        out->is_apart = true;
-        memcpy(out->bytes, s->leaves, s->leaf_bytes);
     }
-    out->leaf_bytes = s->leaf_bytes;
-    out->root = is_node ? write_node(s, 0, out) : s->nodes[0].leaf;
+    if (out->capacity)
+        fit(out);
+    out->is_node = has_node || !co_binary_is_leaf(co_binary_at(out->bytes, out->root));
+    out->node_count = out->is_node ? co_plan_count(out->bytes, out->root) : 0;
     return true;
 }
 
-void co_subtree_clear(CoSubtree *s)
+// Where the next node and the next ids of a piece go.
+typedef struct Writing {
+    CoPiece *piece;
+    CoWideNode *nodes;
+    size_t node, id_bytes;
+} Writing;
+
+// Moves its ids to those of the leaves before it. What is left of the records is behind.
+static uint32_t write_ref(Writing *w, const CoBinaryNode *leaf)
 {
-    co_free(TAG, s->nodes, s->node_capacity * sizeof *s->nodes);
-    co_free(TAG, s->apart, s->apart_capacity);
-    s->nodes = NULL;
-    s->apart = NULL;
-    s->node_capacity = s->apart_capacity = 0;
+    uint32_t ref = leaf->leaf + (uint32_t)(w->piece->leaf_base / CO_LEAF_UNIT);
+    size_t bytes = (leaf->left & ~CO_REF_LEAF) * sizeof(uint32_t);
+    memmove(w->piece->bytes + w->id_bytes, (const unsigned char *)leaf - bytes, bytes);
+    w->id_bytes += bytes;
+    return ref;
 }
 
-void co_piece_leave_nodes(CoPiece *piece)
+// Parents before children, in depth-first order.
+static uint32_t write_node(Writing *w, uint32_t from)
 {
-    size_t bytes = co_piece_bytes(piece);
-    void *kept = piece->leaf_bytes ? piece->bytes : NULL;
-    if (piece->is_apart && !kept)
-        co_free(TAG, piece->bytes, bytes);
-    else if (piece->is_apart)
-        kept = co_realloc(TAG, piece->bytes, bytes, piece->leaf_bytes);
-    if (piece->leaf_bytes && !kept)
-        return;
-    piece->bytes = kept;
-    piece->node_count = 0;
+    uint32_t index = (uint32_t)w->node++, children[CO_NODE_WIDTH];
+    CoWideNode *node = &w->nodes[index];
+    int count = co_plan_children(w->piece->bytes, from, children);
+    co_wide_node_clear(node);
+    for (int i = 0; i < count; i++) {
+        const CoBinaryNode *child = co_binary_at(w->piece->bytes, children[i]);
+        const CoBox box = child->box;
+        uint32_t ref = co_binary_is_leaf(child) ? write_ref(w, child) : write_node(w, children[i]);
+        co_wide_node_set(node, i, &box, ref);
+    }
+    return index;
+}
+
+void co_piece_write_nodes(CoPiece *piece, CoWideNode *nodes)
+{
+    Writing w = {.piece = piece, .nodes = nodes, .node = piece->node_base};
+    if (piece->is_node)
+        piece->root = write_node(&w, piece->root);
+    else
+        piece->root = write_ref(&w, co_binary_at(piece->bytes, piece->root));
+    piece->byte_count = w.id_bytes;
+    if (piece->capacity)
+        fit(piece);
+}
+
+void co_piece_write_leaves(const CoPiece *piece, const CoLeafRule *rule, unsigned char *leaves)
+{
+    const uint32_t *all = (const void *)piece->bytes;
+    size_t count = piece->byte_count / sizeof *all;
+    unsigned char *out = leaves + piece->leaf_base;
+    for (size_t i = 0; i < count;) {
+        uint32_t ids[CO_LEAF_WIDTH], n = 0;
+        do {
+            if (rule->expect && i + 2 * AHEAD < count)
+                rule->expect(rule->context, all[i + AHEAD] & ~CO_ID_FIRST,
+                             all[i + 2 * AHEAD] & ~CO_ID_FIRST);
+            ids[n++] = all[i++] & ~CO_ID_FIRST;
+        } while (i < count && !(all[i] & CO_ID_FIRST));
+        out += rule->emit(rule->context, ids, n, out);
+    }
 }
 
 void co_piece_clear(CoPiece *piece)
 {
-    if (piece->is_apart)
-        co_free(TAG, piece->bytes, co_piece_bytes(piece));
+    if (piece->capacity)
+        co_free(TAG, piece->bytes, piece->capacity);
     *piece = (CoPiece){0};
 }

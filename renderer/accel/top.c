@@ -13,21 +13,12 @@
 // kernel.
 #define BOX_PADDING 0x1p-18
 
-static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count)
+static bool single_fits(const void *context, const CoBuildPrim *prims, size_t count,
+                        CoLeafShape *out)
 {
     (void)context;
-    (void)prims;
+    *out = (CoLeafShape){.ref = CO_REF_LEAF | prims[0].id};
     return count == 1;
-}
-
-static uint32_t emit_instance(const void *context, const CoBuildPrim *prims, size_t count,
-                              unsigned char *out, size_t *bytes)
-{
-    (void)context;
-    (void)count;
-    (void)out;
-    *bytes = 0;
-    return CO_REF_LEAF | prims[0].id;
 }
 
 static float to_float_range(double x)
@@ -196,7 +187,7 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
 
 static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
 {
-    CoLeafRule rule = {single_fits, emit_instance, NULL, NULL, 1, 0, 0};
+    CoLeafRule rule = {.fits = single_fits, .most = 1};
     CoTreeParts parts;
     bool is_built = co_tree_build(prims, &rule, &parts, err);
     top->tree = parts.tree;

@@ -4,30 +4,28 @@
 #include "accel/build.h"
 #include "accel_scene.h"
 #include "base/memory.h"
-#include "base/pages.h"
 #include "base/parallel.h"
 
 // Leaves of up to four ids, their count first.
-static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count)
+static bool four_fit(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
 {
     (void)context;
-    (void)prims;
+    *out = (CoLeafShape){.count = (uint32_t)count, .bytes = 32, .ref = CO_REF_LEAF};
+    for (size_t i = 0; i < count && i < 4; i++)
+        out->ids[i] = prims[i].id;
     return count <= 4;
 }
 
-static uint32_t list_leaf(const void *context, const CoBuildPrim *prims, size_t count,
-                          unsigned char *out, size_t *bytes)
+static size_t list_leaf(const void *context, const uint32_t *ids, size_t count, unsigned char *out)
 {
     uint32_t words[8] = {(uint32_t)count};
     (void)context;
-    for (size_t i = 0; i < count; i++)
-        words[i + 1] = prims[i].id;
+    memcpy(words + 1, ids, count * sizeof *ids);
     memcpy(out, words, sizeof words);
-    *bytes = sizeof words;
-    return CO_REF_LEAF;
+    return sizeof words;
 }
 
-static const CoLeafRule four_rule = {four_fit, list_leaf, NULL, NULL, 4, 0, 32};
+static const CoLeafRule four_rule = {.fits = four_fit, .emit = list_leaf, .most = 4};
 
 static CoBuildPrim *random_prims(size_t count, float size, uint64_t seed)
 {
@@ -86,7 +84,8 @@ static int check_node(Check *check, uint32_t index, const CoBox *box)
         int depth = 0;
         if (ref & CO_REF_LEAF) {
             uint32_t words[8];
-            memcpy(words, check->parts->leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE), 32);
+            memcpy(words, check->parts->leaves + CO_LEAF_UNIT * (size_t)(ref & CO_REF_LEAF_PLACE),
+                   32);
             assert_in_range(words[0], 1, 4);
             for (uint32_t j = 1; j <= words[0]; j++) {
                 const CoBuildPrim *prim = &check->by_id[words[j]];
@@ -174,27 +173,65 @@ static void threads_do_not_show(void **state)
         co_tree_parts_clear(&parts[k]);
 }
 
-// Leaves lie where the prims were: what there is at most is little more than those, or than the tree.
-// Of few prims, the subtrees that two threads build at once are a larger part. Run before what needs more.
+typedef struct MeshKind {
+    bool is_soup;
+    float stretch;
+    bool is_shuffled;
+} MeshKind;
+
+// Rows of a height field, or triangles that share nothing.
+static TestMesh mesh_of(const MeshKind *kind, uint32_t side)
+{
+    Random random = {side};
+    uint32_t tris = 2 * side * side;
+    TestMesh m = mesh_alloc(kind->is_soup ? 3 * tris : (side + 1) * (side + 1), tris);
+    float size = 1.0f / cbrtf((float)tris);
+    for (uint32_t i = 0; i < m.mesh.point_count; i++) {
+        float *p = m.points + 3 * (size_t)i;
+        CoVec3 at = {(float)(i % (side + 1)) / (float)side, (float)(i / (side + 1)) / (float)side,
+                     0.0f};
+        if (kind->is_soup)
+            at = i % 3 ? co_vec3(p[-3], p[-2], p[-1]) : random_vec3(&random, -1.0f, 1.0f);
+        CoVec3 by = random_vec3(&random, 0.0f, kind->is_soup ? size : 0.2f / (float)side);
+        by.x *= kind->stretch;
+        co_vec3_store(p, co_add(at, by));
+    }
+    for (uint32_t t = 0; t < tris; t++) {
+        uint32_t quad = t / 2, at = quad / side * (side + 1) + quad % side;
+        const uint32_t corners[2][3] = {{at, at + 1, at + side + 2},
+                                        {at, at + side + 2, at + side + 1}};
+        for (uint32_t c = 0; c < 3; c++)
+            m.indices[3 * (size_t)t + c] = kind->is_soup ? 3 * t + c : corners[t % 2][c];
+    }
+    for (uint32_t t = tris - 1; kind->is_shuffled && t > 0; t--) {
+        uint32_t other = (uint32_t)random_float(&random, 0.0f, (float)t), moved[3];
+        memcpy(moved, m.indices + 3 * (size_t)t, sizeof moved);
+        memcpy(m.indices + 3 * (size_t)t, m.indices + 3 * (size_t)other, sizeof moved);
+        memcpy(m.indices + 3 * (size_t)other, moved, sizeof moved);
+    }
+    return m;
+}
+
+// A tree takes the place of its prims, leaves are written once all else is gone: what there is at
+// most is little more than the boxes of all triangles, or than the result. At every size, whatever
+// the triangles are like. Run before what needs more, and from small ones to large ones.
 static void peak_is_near_the_result(void **state)
 {
     (void)state;
-    const uint32_t counts[] = {10000, 80000, 300000};
-    if (!co_pages_suit(CO_PAGES_ALIGNMENT))
-        skip(); // without pages to resize, arrays are copied
+    const MeshKind kinds[] = {
+        {false, 1.0f, false}, {false, 1.0f, true}, {true, 1.0f, false}, {true, 30.0f, false}};
+    const uint32_t sides[] = {23, 40, 71, 142, 260};
     co_worker_count_set(2);
-    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
-        CoBuildPrim *prims = random_prims(counts[c], 0.02f, 7);
-        size_t before = co_memory_live(CO_MEMORY_ACCEL), bytes = counts[c] * sizeof *prims;
-        CoPrimArray array = array_of(prims, counts[c]);
-        CoTreeParts parts;
-        assert_true(co_tree_build(&array, &four_rule, &parts, NULL));
+    for (size_t k = 0; k < 4 * sizeof sides / sizeof *sides; k++) {
+        TestMesh m = mesh_of(&kinds[k % 4], sides[k / 4]);
+        size_t before = co_memory_live(CO_MEMORY_ACCEL);
+        CoBvh *bvh = co_bvh_create(&m.mesh, NULL);
         size_t result = co_memory_live(CO_MEMORY_ACCEL) - before;
-        assert_true((double)(co_memory_peak(CO_MEMORY_ACCEL) - before) <
-                    (counts[c] < 50000 ? 1.8 : 1.6) * (double)(result > bytes ? result : bytes));
-        co_tree_parts_clear(&parts);
-        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
-        free(prims);
+        size_t peak = co_memory_peak(CO_MEMORY_ACCEL) - before;
+        assert_int_equal(result, co_bvh_bytes(bvh));
+        assert_true((double)peak <= (k % 4 < 2 ? 1.6 : 1.2) * (double)result);
+        co_bvh_destroy(bvh);
+        mesh_free(&m);
     }
     co_worker_count_set(0);
 }
@@ -227,8 +264,10 @@ static void failing_allocations_are_reported(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(peak_is_near_the_result), cmocka_unit_test(trees_hold_everything_once),
-        cmocka_unit_test(odd_distributions_end),   cmocka_unit_test(threads_do_not_show),
+        cmocka_unit_test(peak_is_near_the_result),
+        cmocka_unit_test(trees_hold_everything_once),
+        cmocka_unit_test(odd_distributions_end),
+        cmocka_unit_test(threads_do_not_show),
         cmocka_unit_test(failing_allocations_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

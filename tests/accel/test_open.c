@@ -5,25 +5,22 @@
 #include "build_prims.h"
 
 // Walks the tree in order: ranges must come one after the other. Returns how many prims there are.
-static uint32_t check_node(const CoOpening *o, size_t index, uint32_t *range)
+static uint32_t check_node(const CoOpening *o, uint32_t at, uint32_t *range)
 {
-    const CoBinaryNode *node = &o->binary[index];
-    uint32_t count = 0;
-    if (!node->right) {
+    const CoBinaryNode *node = co_binary_at(o->binary, at);
+    if (co_binary_is_leaf(node)) {
         assert_int_equal(node->leaf, *range);
-        count = o->ranges[(*range)++].count;
-    } else {
-        assert_true(node->right > index + 1 && node->right < o->binary_count);
-        count = check_node(o, index + 1, range);
-        count += check_node(o, node->right, range);
+        return o->ranges[(*range)++].count;
     }
-    return count;
+    assert_true(node->left < at - CO_BINARY_UNITS);
+    uint32_t count = check_node(o, node->left, range);
+    return count + check_node(o, at - CO_BINARY_UNITS, range);
 }
 
 static void check_opening(const CoOpening *o, const CoBuildPrim *prims, size_t count)
 {
     uint32_t range = 0, first = 0;
-    assert_int_equal(check_node(o, 0, &range), count);
+    assert_int_equal(check_node(o, co_opening_root(o), &range), count);
     assert_int_equal(range, o->range_count);
     assert_int_equal(o->binary_count, 2 * o->range_count - 1);
     for (size_t i = 0; i < o->range_count; i++) {
@@ -49,7 +46,7 @@ static void ranges_cover_everything_once(void **state)
             CoPrimArray prims = {mine, counts[c], counts[c]};
             prims_fill(mine, counts[c], (PrimKind)kind, c);
             CoOpening o;
-            assert_true(co_opening_make(&prims, 1, &o));
+            assert_true(co_opening_make(&prims, 1, 2, &o));
             check_opening(&o, mine, counts[c]);
             assert_true(counts[c] > 4096 ? o.range_count > 1 : o.range_count == 1);
             assert_true(o.scale >= 0.0 && isfinite(o.scale));
@@ -72,7 +69,7 @@ static void threads_do_not_show(void **state)
         CoPrimArray prims = {mine[i], COUNT, COUNT};
         co_worker_count_set(1 + 4 * i);
         prims_fill(mine[i], COUNT, PRIMS_ANYWHERE, 5);
-        assert_true(co_opening_make(&prims, 1, &o[i]));
+        assert_true(co_opening_make(&prims, 1, co_worker_count(), &o[i]));
     }
     co_worker_count_set(0);
     assert_memory_equal(mine[0], mine[1], COUNT * sizeof **mine);
@@ -80,7 +77,7 @@ static void threads_do_not_show(void **state)
     assert_int_equal(o[0].binary_count, o[1].binary_count);
     for (size_t i = 0; i < o[0].binary_count; i++) {
         const CoBinaryNode *a = &o[0].binary[i], *b = &o[1].binary[i];
-        assert_true(a->right == b->right && a->plan == b->plan);
+        assert_true(a->left == b->left && a->plan == b->plan);
     }
     for (int i = 0; i < 2; i++) {
         co_opening_clear(&o[i]);
@@ -104,7 +101,7 @@ static void no_memory_leaves_nothing_behind(void **state)
         CoOpening o;
         prims_fill(mine, COUNT, PRIMS_ANYWHERE, 5);
         co_memory_fail_after(++n);
-        is_made = co_opening_make(&prims, 1, &o);
+        is_made = co_opening_make(&prims, 1, 2, &o);
         co_memory_fail_after(0);
         co_opening_clear(&o);
         assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), live);
