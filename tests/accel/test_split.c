@@ -1,5 +1,5 @@
-// Splits: both halves hold something, nothing is lost, boxes fit; wide ones split like small ones,
-// with any number of threads.
+// Splits: both halves hold something, nothing is lost, boxes fit; wide ones split like small
+// ones, with any number of threads. Also tests split_wide.c.
 
 #include "base/parallel.h"
 #include "build_prims.h"

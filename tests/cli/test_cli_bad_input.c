@@ -1,5 +1,5 @@
-// Bad input: one clear line with place and remedy, the right exit code, and never a crash. What can
-// be rendered is rendered, with a counted warning.
+// Bad input: one clear line with place and remedy, the right exit code, and never a crash. What
+// can be rendered is rendered, with a counted warning. Also tests messages.c and source_line.c.
 
 #include "command.h"
 

@@ -1,4 +1,5 @@
-// Files that a render writes: pixels, channels, metadata, statistics, progress.
+// Files that a render writes: pixels, channels, metadata, statistics, progress. Also tests
+// frame.c, output.c, progress.c, render_command.c, stamp.c and stats_file.c.
 
 #include "command.h"
 

@@ -1,4 +1,5 @@
-// Help, options and their refusals.
+// Help, options and their refusals. Also tests main.c, cat.c, diff.c, names.c and
+// render_options.c.
 
 #include "command.h"
 

@@ -1,4 +1,5 @@
-// Color spaces into the rendering space: USD's built-in ones, a config's, and the way between them.
+// Color spaces into the rendering space: USD's built-in ones, a config's, and the way between
+// them. Also tests ocio.cpp.
 
 #include "color/color.h"
 #include "color/rgb_space.h"

@@ -1,4 +1,4 @@
-// Descriptions that are wrong, broken or empty, and memory that runs out.
+// Descriptions that are wrong, broken or empty, and memory that runs out. Also tests mesh.c.
 
 #include "mesh_fixture.h"
 

@@ -1,4 +1,5 @@
-// The OpenSubdiv shim alone: what it refuses, what it complains about, its coordinates.
+// The OpenSubdiv shim alone: what it refuses, what it complains about, its coordinates. Also
+// tests osd_topology.cpp.
 
 #include "mesh_fixture.h"
 #include "shims/osd.h"

@@ -1,4 +1,5 @@
 // Edits of a scene: what is refused, what a failed edit leaves behind, and UsdLux's fallbacks.
+// Also tests material.c.
 
 #include "support/scenes.h"
 

@@ -20,7 +20,7 @@ tests=
 find $rooms -name '*.[ch]' -o -name '*.cpp' | sort > "$breaches.sources"
 # shellcheck disable=SC2086
 find $rooms $tests -type f \( -name '*.[ch]' -o -name '*.cpp' \) | sort > "$breaches.code"
-trap 'rm -f "$breaches" "$breaches.sources" "$breaches.code"' EXIT
+trap 'rm -f "$breaches" "$breaches.sources" "$breaches.code" "$breaches.tests"' EXIT
 
 xargs awk -f "$rules/includes.awk" < "$breaches.sources" >> "$breaches"
 
@@ -31,6 +31,19 @@ xargs awk -v file_wall=600 -v function_wall=80 -f "$rules/sizes.awk" < "$breache
 awk -F/ '{ f = $1 ": " $NF; n[f]++; at[f] = at[f] " " $0 }
          END { for (f in n) if (n[f] > 1) print f ": more than one file of this name:" at[f] }' \
     "$breaches.code" >> "$breaches"
+
+# Every source file has a test of its name, or is named by the first comment of another one.
+if [ -n "$tests" ]; then
+    find tests -name 'test_*' -type f | while read -r test; do
+        basename "$test"
+        awk '/^#!/ { next } /^(\/\/|#) / { print; next } { exit }' "$test"
+    done > "$breaches.tests"
+    grep -E '[.](c|cpp)$' "$breaches.sources" | grep -v '^examples/' | while read -r source; do
+        file=$(basename "$source")
+        grep -qE "^test_${file%.*}[.]|(^|[ (/])${file%.*}[.]${file##*.}" "$breaches.tests" ||
+            echo "$source: no test_${file%.*}, and no test says that it tests $file"
+    done >> "$breaches"
+fi
 
 # Work left for later belongs nowhere in the tree. This file holds the words, so it is left out.
 # shellcheck disable=SC2086

@@ -60,6 +60,15 @@ expect 'libm in what the image depends on'
 echo 'See [there](nowhere.md).' > renderer/film/bad.md
 expect 'links to nowhere.md'
 
+mkdir "$tree/tests"
+for file in renderer/rays/good delegate/prims/sync delegate/index/index delegate/stage_adapter/walk; do
+    echo > "tests/test_$(basename "$file").c"
+done
+echo '// Options, and main.c.' > tests/test_options.c
+echo > renderer/film/bad.c
+expect 'renderer/film/bad.c: no test_bad, and no test says that it tests bad.c'
+rm -r "$tree/tests"
+
 # Symbols, through the compiler at hand.
 if command -v cc > /dev/null && command -v ar > /dev/null; then
     mkdir -p "$tree/build/renderer"

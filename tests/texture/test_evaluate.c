@@ -1,4 +1,5 @@
-// Batches of lookups: the same bits in every schedule, and every block read once.
+// Batches of lookups: the same bits in every schedule, and every block read once. Also tests
+// ptex_request.c, reader.c and request.c.
 
 #include "texture_support.h"
 

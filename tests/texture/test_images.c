@@ -1,4 +1,5 @@
 // Image textures: orientation, channels, wraps, color, mip levels, UDIM sets, broken files.
+// Also tests oiio.cpp and oiio_module.c.
 
 #include "png_support.h"
 #include "texture_support.h"

@@ -1,5 +1,5 @@
 // The Ptex reader against files of the reference library: every texel of every level, and files
-// that lie.
+// that lie. Also tests ptex_edit.c, ptex_level.c, ptex_meta.c and ptex_texels.c.
 
 #include "sha256.h"
 #include "texture/ptex_filter.h"

@@ -1,5 +1,6 @@
 #!/bin/sh
 # cohort tree and cohort check on small stages: what they print and how they exit.
+# Tests check.c, check_mesh.c, check_prim.c, findings.c and tree.c.
 # usage: test_commands.sh COHORT DATA
 cohort=$1
 data=$2/compose

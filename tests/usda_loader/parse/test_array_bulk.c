@@ -1,5 +1,5 @@
-// Long arrays are read in blocks by several threads: what they hold, and what is reported of them,
-// must be what one loop over the text finds.
+// Long arrays are read in blocks by several threads: what they hold, and what is reported of
+// them, must be what one loop over the text finds. Also tests array_plain.c.
 
 #include "usda_loader/parse/support.h"
 

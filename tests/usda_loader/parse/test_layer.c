@@ -1,4 +1,6 @@
-// What a parsed layer holds: specs, fields, every kind of value.
+// What a parsed layer holds: specs, fields, every kind of value. Also tests array.c,
+// array_edit.c, dictionary.c, layer_metadata.c, listop.c, metadata.c, prim.c, property.c,
+// samples.c, spec.c, spline.c, store.c, token.c, types.c and value.c.
 
 #include "usda_loader/parse/support.h"
 

@@ -1,4 +1,5 @@
 // Which paths and path expressions a layer may hold; the verdicts are those of usd-core 26.11.
+// Also tests path_expression.c.
 
 #include "parse/parser.h"
 

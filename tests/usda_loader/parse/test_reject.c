@@ -1,4 +1,5 @@
 // What is refused, where the message points, and that several mistakes are found in one go.
+// Also tests known_field.c, parser.c and words.c.
 
 #include "usda_loader/parse/support.h"
 

@@ -1,4 +1,5 @@
-// Writing: shortest numbers, and that what is written reads back as what was read.
+// Writing: shortest numbers, and that what is written reads back as what was read. Also tests
+// format.c, opaque.c, write_field.c, write_layer.c and write_value.c.
 
 #include "usda_loader/parse/support.h"
 

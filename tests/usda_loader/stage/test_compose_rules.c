@@ -1,4 +1,5 @@
-// Rules of composition that show only where arcs meet: each as usd-core 26.11 answers.
+// Rules of composition that show only where arcs meet: each as usd-core 26.11 answers. Also
+// tests index_check.c and index_map.c.
 
 #include "usda_loader/stage/memory_files.h"
 

@@ -1,4 +1,5 @@
-// Each arc, and all of them against each other.
+// Each arc, and all of them against each other. Also tests arc_inherit.c, arc_reference.c,
+// arc_relocate.c, arc_variant.c, composer.c, graph.c, index_task.c, prim_index.c and site.c.
 
 #include "usda_loader/stage/usda_stage_fixture.h"
 

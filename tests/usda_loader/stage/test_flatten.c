@@ -1,4 +1,4 @@
-// A flattened stage says, in one layer, what the composed one says.
+// A flattened stage says, in one layer, what the composed one says. Also tests flat_value.c.
 
 #include "usda_loader/stage/usda_stage_fixture.h"
 

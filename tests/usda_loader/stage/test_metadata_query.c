@@ -1,4 +1,5 @@
-// Metadata: strongest, merged or edited, by its type; and the order of names.
+// Metadata: strongest, merged or edited, by its type; and the order of names. Also tests
+// edit_list.c.
 
 #include "stage/stage_data.h"
 #include "usda_loader/stage/usda_stage_fixture.h"

@@ -1,4 +1,5 @@
-// Four threads ask one stage everything at once: each gets what one alone gets.
+// Four threads ask one stage everything at once: each gets what one alone gets. Also tests
+// answers.c.
 
 #include "usda_loader/stage/usda_stage_fixture.h"
 

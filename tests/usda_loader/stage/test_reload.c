@@ -1,4 +1,4 @@
-// A stage that is opened again says what has become different.
+// A stage that is opened again says what has become different. Also tests equal.c.
 
 #include "usda_loader/stage/memory_files.h"
 

@@ -1,4 +1,5 @@
-// Opening: what is known of the whole stage, limits and failures.
+// Opening: what is known of the whole stage, limits and failures. Also tests layer_stack.c and
+// prim_query.c.
 
 #include "usda_loader/stage/usda_stage_fixture.h"
 

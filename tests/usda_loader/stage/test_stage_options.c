@@ -1,4 +1,4 @@
-// What the options of a stage leave out, bring in and put on top.
+// What the options of a stage leave out, bring in and put on top. Also tests population.c.
 
 #include "usda_loader/stage/memory_files.h"
 

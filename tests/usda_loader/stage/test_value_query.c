@@ -1,4 +1,5 @@
-// Values over time: samples, interpolation, blocks, offsets and rates.
+// Values over time: samples, interpolation, blocks, offsets and rates. Also tests
+// edited_value.c and property_query.c.
 
 #include "usda_loader/stage/usda_stage_fixture.h"
 
@@ -98,22 +99,6 @@ static void curves_are_evaluated(void **state)
     cohort_stage_destroy(stage);
 }
 
-static void conveniences_fall_back(void **state)
-{
-    (void)state;
-    CohortStage *stage = test_open("times.usda", NULL);
-    const CohortPrim *v = test_prim(stage, "/V");
-    double out[2] = {5, 5};
-    assert_false(cohort_prim_numbers(v, "fixed", 0, out, 2));
-    assert_true(out[0] == 5);
-    assert_true(cohort_prim_bool(v, "count", 0, false));
-    assert_true(cohort_prim_bool(v, "fixed", 0, true));
-    assert_string_equal(cohort_prim_token(v, "x", 0, "none"), "none");
-    assert_string_equal(cohort_prim_token(v, "fixed", 0, "none"), "yes");
-    assert_true(cohort_prim_double(v, "word", 0, 3) == 3);
-    cohort_stage_destroy(stage);
-}
-
 static void assert_ints(const CohortStage *stage, const char *name, const int *expected,
                         size_t count)
 {
@@ -146,7 +131,6 @@ int main(void)
         cmocka_unit_test(layers_keep_their_own_time),
         cmocka_unit_test(curves_are_evaluated),
         cmocka_unit_test(edits_change_the_weaker_array),
-        cmocka_unit_test(conveniences_fall_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -360,7 +360,8 @@ double cohort_prim_double(const CohortPrim *prim, const char *name, double time,
 bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);
 const char *cohort_prim_token(const CohortPrim *prim, const char *name, double time,
                               const char *fallback); // token, string or asset text
-// Copies up to `count` numbers, converted to double, of a scalar vector or matrix; false if absent.
+// Copies up to `count` numbers of a scalar, vector, matrix or array of such, converted to double; `out`
+// keeps what there is no number for. False, with nothing copied, where the value is absent or no number.
 bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, double *out,
                          size_t count);
 
