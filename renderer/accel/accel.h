@@ -50,6 +50,8 @@ typedef struct CoInstance {
 
 typedef struct CoTop CoTop; // BVH over the instances of one group
 
+enum { CO_GROUP_DEPTH_MAX = 8 }; // groups within groups, the root counted
+
 // What an object id stands for; arrays indexed by object id.
 typedef struct CoObject {
     const CoMesh *mesh; // NULL for groups
@@ -63,8 +65,8 @@ typedef struct CoObject {
 // Builds over the instances. `objects` gives the boxes and the trees of meshes, and of nested
 // groups the tops: build the innermost groups first, and refit when one of these is replaced.
 // Objects with an empty box, and transforms that are not finite, take their place among the paths
-// but are never hit. The arrays must outlive the top. At most 8 groups may nest
-// (COHORT_ERROR_LIMIT).
+// but are never hit. The arrays must outlive the top. At most
+// CO_GROUP_DEPTH_MAX groups may nest (COHORT_ERROR_LIMIT).
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err);
 void co_top_destroy(CoTop *top);
@@ -121,7 +123,7 @@ const CoAccelKernels *co_accel_kernels(const char *isa);
 typedef struct CoPlacement {
     uint32_t object;              // the mesh's object id
     CoAffine to_world, to_object; // product over the path (render frame)
-    uint32_t chain[8];            // instance index at each level, root first
+    uint32_t chain[CO_GROUP_DEPTH_MAX]; // instance index at each level, root first
     uint32_t chain_length;
 } CoPlacement;
 

@@ -14,7 +14,6 @@
 enum {
     CO_NODE_WIDTH = 8,
     CO_LEAF_WIDTH = 16,     // most triangles of a leaf, and most distinct points
-    CO_GROUP_DEPTH_MAX = 8, // groups within groups, the root counted
     CO_TREE_DEPTH_MAX = 96, // see build.c; a walk's stack never holds more than 7 per level
     CO_STACK_SIZE = 7 * CO_TREE_DEPTH_MAX + 8
 };

@@ -72,11 +72,15 @@ void co_scene_object_release(CoSceneObject *object)
     object->bvh = NULL;
     co_top_destroy(object->top);
     object->top = NULL;
-    co_free(TAG, object->instances, object->edit_count * sizeof *object->instances);
+    co_free(TAG, object->instances, object->instance_capacity * sizeof *object->instances);
     object->instances = NULL;
-    co_free(TAG, object->edit_of, object->edit_count * sizeof *object->edit_of);
+    co_free(TAG, object->edit_of, object->instance_capacity * sizeof *object->edit_of);
     object->edit_of = NULL;
-    object->instance_count = 0;
+    object->instance_count = object->instance_capacity = 0;
+    if (object->parts)
+        co_free(TAG, object->parts, object->part_count * sizeof *object->parts);
+    object->parts = NULL;
+    object->part_count = 0;
 }
 
 static void object_clear(CoSceneObject *object)

@@ -135,8 +135,8 @@ static void grow_box(double box[6], const CoMat4d *m, CoVec3 lo, CoVec3 hi)
 static void place_instances(CohortScene *scene, CoSceneObject *object, const double frame[3])
 {
     object->instance_count = 0;
-    for (uint32_t i = 0; i < object->edit_count; i++) {
-        const CohortInstanceDesc *desc = &object->edits[i];
+    for (uint32_t i = 0; i < co_scene_placed_count(object); i++) {
+        const CohortInstanceDesc *desc = co_scene_placed(object, i);
         const CoSceneObject *child = &scene->objects[desc->object];
         if (desc->hidden || child->kind == CO_OBJECT_EMPTY ||
             box_is_empty(child->box_min, child->box_max))
@@ -165,8 +165,8 @@ static void group_box(const CohortScene *scene, const CoSceneObject *object, dou
         box[k] = HUGE_VAL;
         box[k + 3] = -HUGE_VAL;
     }
-    for (uint32_t i = 0; i < object->edit_count; i++) {
-        const CohortInstanceDesc *desc = &object->edits[i];
+    for (uint32_t i = 0; i < co_scene_placed_count(object); i++) {
+        const CohortInstanceDesc *desc = co_scene_placed(object, i);
         const CoSceneObject *child = &scene->objects[desc->object];
         CoMat4d m = placement_matrix(scene, desc), inverse;
         if (!desc->hidden && child->kind != CO_OBJECT_EMPTY &&
@@ -200,6 +200,8 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
     o->top = NULL;
     co_scene_object_release(o);
     o->top = kept;
+    if (!co_scene_list_parts(scene, o, err))
+        return false;
     double box[6];
     group_box(scene, o, box);
     if (id == 0) {
@@ -211,11 +213,12 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
         (&o->box_min.x)[k] = (float)(box[k] - frame[k]);
         (&o->box_max.x)[k] = (float)(box[k + 3] - frame[k]);
     }
-    if (o->edit_count > 0) {
-        o->instances = co_alloc(TAG, o->edit_count * sizeof *o->instances);
-        o->edit_of = co_alloc(TAG, o->edit_count * sizeof *o->edit_of);
+    uint32_t count = o->instance_capacity = co_scene_placed_count(o);
+    if (count > 0) {
+        o->instances = co_alloc(TAG, count * sizeof *o->instances);
+        o->edit_of = co_alloc(TAG, count * sizeof *o->edit_of);
         CO_CHECK(o->instances && o->edit_of, err, COHORT_ERROR_OUT_OF_MEMORY,
-                 "out of memory for %u instances", o->edit_count);
+                 "out of memory for %u instances", count);
         place_instances(scene, o, frame);
     }
     if (kept && co_top_refit(kept, o->instances, o->instance_count, scene->accel_objects)) {
@@ -226,29 +229,6 @@ static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
     o->top = co_top_create(o->instances, o->instance_count, scene->accel_objects, err);
     scene->counts.group_builds++;
     return o->top != NULL;
-}
-
-// A circle of groups, which the commit refuses, ends at the depth that it allows.
-static void tell_placements(const CohortScene *scene, uint32_t id, const CoMat4d *to_world,
-                            uint32_t depth, CohortPlacementFn *fn, void *cookie)
-{
-    const CoSceneObject *o = &scene->objects[id];
-    if (o->kind == CO_OBJECT_MESH)
-        fn(cookie, id, (const double(*)[4])to_world->m);
-    for (uint32_t i = 0; depth < 8 && o->kind == CO_OBJECT_GROUP && i < o->edit_count; i++) {
-        if (o->edits[i].hidden)
-            continue;
-        CoMat4d own;
-        memcpy(own.m, o->edits[i].transform, sizeof own.m);
-        own = co_mat4d_mul(&own, to_world);
-        tell_placements(scene, o->edits[i].object, &own, depth + 1, fn, cookie);
-    }
-}
-
-void cohort_scene_placements(const CohortScene *scene, CohortPlacementFn *fn, void *cookie)
-{
-    const CoMat4d identity = co_mat4d_identity();
-    tell_placements(scene, 0, &identity, 0, fn, cookie);
 }
 
 static void publish(CohortScene *scene, uint32_t id)
@@ -277,23 +257,35 @@ static void publish(CohortScene *scene, uint32_t id)
     out->box_max = o->box_max;
 }
 
+// A group that does not stand: others only ask whether anything is in it.
+static bool commit_merged(CohortScene *scene, CoSceneObject *o, CohortError *err)
+{
+    co_scene_object_release(o);
+    o->box_min = co_vec3_splat(INFINITY);
+    o->box_max = co_vec3_splat(-INFINITY);
+    for (uint32_t i = 0; i < o->edit_count; i++) {
+        const CoSceneObject *child = &scene->objects[o->edits[i].object];
+        if (!o->edits[i].hidden && !box_is_empty(child->box_min, child->box_max))
+            o->box_min = o->box_max = co_vec3_splat(0.0f);
+    }
+    return co_scene_list_parts(scene, o, err);
+}
+
 // Children first. A group is rebuilt when it or anything below it was edited.
-static bool commit_object(CohortScene *scene, uint32_t id, uint32_t depth, CohortError *err)
+static bool commit_object(CohortScene *scene, uint32_t id, CohortError *err)
 {
     CoSceneObject *o = &scene->objects[id];
     if (o->visit == CO_VISIT_DONE)
         return true;
-    CO_CHECK(o->visit == CO_VISIT_NEW, err, COHORT_ERROR_SCENE,
-             "object %u contains itself through its instances", id);
-    CO_CHECK(depth < 8, err, COHORT_ERROR_LIMIT, "instances are nested more than 8 deep");
-    o->visit = CO_VISIT_OPEN;
     for (uint32_t i = 0; i < o->edit_count; i++) {
         uint32_t child = o->edits[i].object;
-        if (!commit_object(scene, child, depth + 1, err))
+        if (!commit_object(scene, child, err))
             return false;
         o->is_dirty = o->is_dirty || scene->objects[child].is_dirty;
     }
-    if (o->kind == CO_OBJECT_GROUP && (o->is_dirty || !o->top) && !commit_group(scene, id, err))
+    if (o->is_merged ? !commit_merged(scene, o, err)
+                     : o->kind == CO_OBJECT_GROUP && (o->is_dirty || !o->top) &&
+                           !commit_group(scene, id, err))
         return false;
     publish(scene, id);
     o->visit = CO_VISIT_DONE;
@@ -335,7 +327,7 @@ static void count_scene(CohortScene *scene)
     c->accel_bytes = c->leaf_bytes = c->node_bytes = 0;
     for (uint32_t i = 0; i < scene->object_count; i++) {
         CoSceneObject *o = &scene->objects[i];
-        o->is_dirty = false;
+        o->is_dirty = o->visit != CO_VISIT_DONE; // what is out of the scene may become stale
         c->instance_count += o->instance_count;
         if (o->kind == CO_OBJECT_MESH)
             count_mesh(c, o);
@@ -352,9 +344,11 @@ bool co_scene_commit_objects(CohortScene *scene, const volatile int *stop, Cohor
     scene->accel_object_count = scene->object_count;
     scene->accel_objects = co_alloc_zero(TAG, scene->object_count * sizeof *scene->accel_objects);
     CO_CHECK_MEMORY(scene->accel_objects, err);
+    if (!co_scene_nest(scene, err))
+        return false;
     for (uint32_t i = 0; i < scene->object_count; i++)
         scene->objects[i].visit = CO_VISIT_NEW;
-    if (!commit_object(scene, 0, 0, err) || !commit_paths(scene, err))
+    if (!commit_object(scene, 0, err) || !commit_paths(scene, err))
         return false;
     count_scene(scene);
     return true;

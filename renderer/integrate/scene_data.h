@@ -23,6 +23,12 @@ typedef enum CoVisit {
     CO_VISIT_DONE
 } CoVisit;
 
+// A placement of a group that holds those of groups within it, see co_scene_nest.
+typedef struct CoPart {
+    CohortInstanceDesc desc;
+    const float *firm_color; // as display_color, for meshes that have one of their own
+} CoPart;
+
 // One object as edited, and its structures once committed.
 typedef struct CoSceneObject {
     CoObjectKind kind;
@@ -38,10 +44,14 @@ typedef struct CoSceneObject {
     CohortInstanceDesc *edits; // group: as given; display_color points into edit_colors
     float *edit_colors;        // [edit_count][3]
     uint32_t edit_count;
+    uint32_t height;     // group: above the highest object in it; 0: not in the scene
+    bool is_merged;      // group: what it places stands in the groups that place it
+    CoPart *parts;       // group with merged ones in it: all that stands in it; else NULL
+    uint64_t part_count; // of a merged group, what `parts` would be
     CoTop *top;
     CoInstance *instances; // group: those that show
-    uint32_t *edit_of;     // group: index into edits, per shown instance
-    uint32_t instance_count;
+    uint32_t *edit_of;     // group: index into what is placed in it, per shown instance
+    uint32_t instance_count, instance_capacity;
     CoVec3 box_min, box_max; // object space
 } CoSceneObject;
 
@@ -150,6 +160,17 @@ struct CohortScene {
     CohortSceneCounts counts;
 };
 
+// What is placed in a group.
+static inline uint32_t co_scene_placed_count(const CoSceneObject *group)
+{
+    return group->parts ? (uint32_t)group->part_count : group->edit_count;
+}
+
+static inline const CohortInstanceDesc *co_scene_placed(const CoSceneObject *group, uint32_t i)
+{
+    return group->parts ? &group->parts[i].desc : &group->edits[i];
+}
+
 // Adds a warning, merging repeats. A warning lost for lack of memory is only that.
 void co_scene_warn(CohortScene *scene, CohortSeverity severity, const char *place,
                    const char *text);
@@ -172,6 +193,11 @@ static inline const CoMaterial *co_scene_material(const CohortScene *scene, uint
 }
 
 // Steps of cohort_scene_commit, in the files of their names.
+// Measures how deep groups nest and chooses those to be merged, so that no more stand within each other
+// than can be traced; where the choice is another than before, all are dirty. False for circles.
+bool co_scene_nest(CohortScene *scene, CohortError *err);
+// Fills the parts of a group, whose old ones are released; those that it places are done.
+bool co_scene_list_parts(CohortScene *scene, CoSceneObject *group, CohortError *err);
 // Needs textures, before objects.
 bool co_scene_displace(CohortScene *scene, const volatile int *stop, CohortError *err);
 bool co_scene_commit_objects(CohortScene *scene, const volatile int *stop, CohortError *err);

@@ -44,14 +44,27 @@ static void find_abs(const CohortScene *scene, CoPlacementMemo *memo)
     }
 }
 
-static const CohortInstanceDesc *instance_edit(const CohortScene *scene,
-                                               const CoPlacement *placement, uint32_t level)
+// The group on the way to a mesh, and which of what is placed in it.
+static const CoSceneObject *group_at(const CohortScene *scene, const CoPlacement *placement,
+                                     uint32_t level, uint32_t *placed)
 {
     uint32_t object = scene->accel.root;
     for (uint32_t i = 0; i < level; i++)
         object = scene->objects[object].instances[placement->chain[i]].object;
     const CoSceneObject *group = &scene->objects[object];
-    return &group->edits[group->edit_of[placement->chain[level]]];
+    *placed = group->edit_of[placement->chain[level]];
+    return group;
+}
+
+// The color of a placement for meshes that have one or have none; NULL: it has none for them.
+static const float *placed_color(const CoSceneObject *group, uint32_t placed, bool has_own)
+{
+    const CohortInstanceDesc *desc = co_scene_placed(group, placed);
+    if (!has_own)
+        return desc->display_color;
+    if (group->parts)
+        return group->parts[placed].firm_color;
+    return desc->color_yields ? NULL : desc->display_color;
 }
 
 // The instance's displayColor, else the mesh's, else USD's 0.18 gray.
@@ -64,10 +77,12 @@ static void recall_display(const CohortScene *scene, CoPlacementMemo *memo)
     memo->opacity_primvar = co_mesh_primvar_find(memo->triangle.mesh, "displayOpacity");
     int own = co_mesh_primvar_find(memo->triangle.mesh, "displayColor");
     for (uint32_t level = memo->placement.chain_length; level-- > 0;) {
-        const CohortInstanceDesc *edit = instance_edit(scene, &memo->placement, level);
-        if (!edit->display_color || (edit->color_yields && own >= 0))
+        uint32_t placed;
+        const CoSceneObject *group = group_at(scene, &memo->placement, level, &placed);
+        const float *color = placed_color(group, placed, own >= 0);
+        if (!color)
             continue;
-        memo->display = co_vec3_load(edit->display_color);
+        memo->display = co_vec3_load(color);
         return;
     }
     memo->display = co_vec3_splat(0.18f);
@@ -159,9 +174,11 @@ CoVec3 co_vertex_origin(const CoVertex *vertex, CoVec3 ng)
 int32_t co_placement_prim_id(const CohortScene *scene, const CoPlacement *placement)
 {
     for (uint32_t level = placement->chain_length; level-- > 0;) {
-        const CohortInstanceDesc *edit = instance_edit(scene, placement, level);
-        if (edit->prim_id >= 0)
-            return edit->prim_id;
+        uint32_t placed;
+        const CoSceneObject *group = group_at(scene, placement, level, &placed);
+        int32_t id = co_scene_placed(group, placed)->prim_id;
+        if (id >= 0)
+            return id;
     }
     return -1;
 }
