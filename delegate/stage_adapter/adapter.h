@@ -56,7 +56,6 @@ typedef struct CoPrototype {
     const CohortPrim *root;   // native: the instance whose children are shared; else the target
     const CohortPrim *anchor; // native: the instance from which its children inherit here
     uint32_t outer;           // prototype in which the anchor, or the target, stands
-    uint32_t depth;           // prototypes around it
 } CoPrototype;
 
 struct CohortAdapter {

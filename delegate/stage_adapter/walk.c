@@ -10,7 +10,7 @@
 #include <string.h>
 
 enum {
-    MAX_NESTED_PROTOTYPES = 32,
+    MAX_NESTED_PROTOTYPES = 512, // as prims of a layer: the walk is recursive
     KEY_SIZE = 4096
 };
 
@@ -143,19 +143,39 @@ uint32_t co_walk_add_prototype(CoWalk *walk, const CoPrototype *prototype, const
         return COHORT_INVALID_ID;
     }
     a->prototypes[a->prototype_count] = *prototype;
-    a->prototypes[a->prototype_count].depth =
-        prototype->outer == CO_WORLD ? 1 : a->prototypes[prototype->outer].depth + 1;
     a->prototype_count++;
     return number;
 }
 
-static bool is_too_deep(CoWalk *walk, CoPlace place)
+// Whether a prototype's root is to be walked where the walk is: not within itself.
+static bool may_enter(CoWalk *walk, CoPlace place, const CohortPrim *root)
 {
-    const CohortAdapter *a = walk->adapter;
-    if (place.prototype == CO_WORLD || a->prototypes[place.prototype].depth < MAX_NESTED_PROTOTYPES)
-        return false;
-    co_adapter_report(a, place.prim, "instancing", "", "prototypes nested too deep: not drawn");
-    return true;
+    const char *why = NULL;
+    if (walk->open && walk->open->depth == MAX_NESTED_PROTOTYPES)
+        why = "prototypes nested too deep: not drawn";
+    for (const CoOpen *open = walk->open; open && !why; open = open->outer)
+        if (open->root == root)
+            why = "a prototype within itself: not drawn";
+    if (why)
+        co_adapter_report(walk->adapter, place.prim, "instancing", cohort_prim_path(root), why);
+    return !why;
+}
+
+// Walks what stands in a new prototype.
+static bool walk_prototype(CoWalk *walk, uint32_t number, uint32_t purpose)
+{
+    const CoPrototype prototype = walk->adapter->prototypes[number];
+    const CoOpen *outer = walk->open;
+    const CoOpen open = {outer, prototype.root, outer ? outer->depth + 1 : 1};
+    bool ok = true;
+    walk->open = &open;
+    if (!prototype.is_native)
+        ok = walk_prim(walk, (CoPlace){prototype.root, number}, purpose);
+    size_t children = prototype.is_native ? cohort_prim_child_count(prototype.root) : 0;
+    for (size_t i = 0; i < children && ok; i++)
+        ok = walk_prim(walk, (CoPlace){cohort_prim_child(prototype.root, i), number}, purpose);
+    walk->open = outer;
+    return ok;
 }
 
 // Prims above a place, itself included, that may hand constant primvars down.
@@ -177,11 +197,10 @@ static size_t primvar_key(const CohortAdapter *adapter, CoPlace place, char *out
     return used;
 }
 
-// The entry of what a native instance shows, made and walked when it is new.
-static uint32_t native_prototype(CoWalk *walk, CoPlace place, uint32_t purpose)
+// By what entries of native instances are told apart.
+static const char *native_key(CoWalk *walk, CoPlace place, const CohortPrim *root, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
-    const CohortPrim *root = cohort_prim_prototype(place.prim);
     char binding[KEY_SIZE], primvars[KEY_SIZE], key[2 * KEY_SIZE + 64];
     primvars[0] = '\0';
     const char *shared = "";
@@ -190,19 +209,27 @@ static uint32_t native_prototype(CoWalk *walk, CoPlace place, uint32_t purpose)
         shared = cohort_prim_path(place.prim); // too much to compare: shared with nothing
     snprintf(key, sizeof key, "n%p|%u|%s|%s|%.2000s", (const void *)root, (unsigned)purpose,
              binding, primvars, shared);
+    return co_arena_string(&a->arena, key, strlen(key));
+}
+
+// The entry of what a native instance shows, made and walked when it is new.
+static uint32_t native_prototype(CoWalk *walk, CoPlace place, uint32_t purpose)
+{
+    CohortAdapter *a = walk->adapter;
+    const CohortPrim *root = cohort_prim_prototype(place.prim);
+    const char *key = native_key(walk, place, root, purpose);
+    if (!key) {
+        CO_FAIL(walk->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        return COHORT_INVALID_ID;
+    }
     uint32_t number = co_string_map_find(&a->prototype_keys, key);
     if (number != COHORT_INVALID_ID)
         return number;
     CoPrototype prototype = {
         .is_native = true, .root = root, .anchor = place.prim, .outer = place.prototype};
     number = co_walk_add_prototype(walk, &prototype, key);
-    size_t children = number == COHORT_INVALID_ID ? 0 : cohort_prim_child_count(root);
-    for (size_t i = 0; i < children; i++) {
-        CoPlace child = {cohort_prim_child(root, i), number};
-        if (!walk_prim(walk, child, purpose))
-            return COHORT_INVALID_ID;
-    }
-    return number;
+    bool ok = number != COHORT_INVALID_ID && walk_prototype(walk, number, purpose);
+    return ok ? number : COHORT_INVALID_ID;
 }
 
 // The record that places all native instances of one prototype or of the world.
@@ -225,7 +252,7 @@ static bool ensure_instances_record(CoWalk *walk, uint32_t within)
 static bool add_native_instance(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
-    if (is_too_deep(walk, place))
+    if (!may_enter(walk, place, cohort_prim_prototype(place.prim)))
         return true;
     CoPlacement placement = {.prim = place.prim, .within = place.prototype};
     placement.prototype = native_prototype(walk, place, purpose);
@@ -241,6 +268,16 @@ static bool add_native_instance(CoWalk *walk, CoPlace place, uint32_t purpose)
     return ensure_instances_record(walk, place.prototype);
 }
 
+// The innermost prototype around a place that a target stands in too: what it inherits is found there.
+static uint32_t home_of(const CohortAdapter *a, const CohortPrim *target, uint32_t around)
+{
+    for (; around != CO_WORLD; around = a->prototypes[around].outer)
+        for (const CohortPrim *up = target; up; up = cohort_prim_parent(up))
+            if (up == a->prototypes[around].root)
+                return around;
+    return CO_WORLD;
+}
+
 static uint32_t point_prototype(CoWalk *walk, CoPlace place, const char *path, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
@@ -250,25 +287,24 @@ static uint32_t point_prototype(CoWalk *walk, CoPlace place, const char *path, u
                           "no such prim: its instances are left out");
         return COHORT_INVALID_ID;
     }
+    if (!may_enter(walk, place, target))
+        return COHORT_INVALID_ID;
     char key[96];
+    CoPrototype prototype = {.root = target, .outer = home_of(a, target, place.prototype)};
     snprintf(key, sizeof key, "p%p|%u|%u", (const void *)target, (unsigned)purpose,
-             (unsigned)place.prototype);
+             (unsigned)prototype.outer);
     uint32_t number = co_string_map_find(&a->prototype_keys, key);
     if (number != COHORT_INVALID_ID)
         return number;
-    CoPrototype prototype = {.root = target, .outer = place.prototype};
     number = co_walk_add_prototype(walk, &prototype, key);
     co_walk_report_lights(a, target);
-    if (number != COHORT_INVALID_ID && !walk_prim(walk, (CoPlace){target, number}, purpose))
-        return COHORT_INVALID_ID;
-    return number;
+    bool ok = number != COHORT_INVALID_ID && walk_prototype(walk, number, purpose);
+    return ok ? number : COHORT_INVALID_ID;
 }
 
 static bool add_point_instancer(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
-    if (is_too_deep(walk, place))
-        return true;
     const char *const *targets;
     size_t count = cohort_prim_targets(place.prim, "prototypes", &targets);
     CoRecord record = {.kind = CO_RECORD_POINT_INSTANCER,

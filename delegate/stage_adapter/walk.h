@@ -5,9 +5,17 @@
 
 #include "stage_adapter/adapter.h"
 
+// A prototype that the walk is in.
+typedef struct CoOpen {
+    const struct CoOpen *outer; // NULL: the world
+    const CohortPrim *root;
+    uint32_t depth;
+} CoOpen;
+
 typedef struct CoWalk {
     CohortAdapter *adapter;
     CohortError *err; // never NULL
+    const CoOpen *open; // the innermost
 } CoWalk;
 
 // ---- walk.c ------------------------------------------------------------------------------------

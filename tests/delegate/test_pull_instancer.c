@@ -90,6 +90,37 @@ static void test_nested_point_instancers(void **state)
     assert_int_equal(fake.set_mesh_calls, 1);
 }
 
+// What two prototypes place is one object; where each inherits otherwise, two.
+static void test_prototypes_are_shared_across_levels(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'Lib' {"
+               "  def Xform 'Leaf' { def Mesh 'M' { $triangle } }"
+               "  def PointInstancer 'A' { rel prototypes = </Lib/Leaf>; int[] protoIndices = [0];"
+               "    point3f[] positions = [(1,0,0)] }"
+               "  def PointInstancer 'B' { rel prototypes = </Lib/Leaf>; int[] protoIndices = [0];"
+               "    point3f[] positions = [(2,0,0)] }"
+               "}"
+               "def PointInstancer 'Top' { rel prototypes = [</Lib/A>, </Lib/B>];"
+               "  int[] protoIndices = [0, 1]; point3f[] positions = [(0,0,0), (0,1,0)] }");
+    assert_int_equal(fake.set_mesh_calls, 2); // in the library itself, and as a prototype
+}
+
+// Prototypes that place each other end, and there are not more of them with each level.
+static void test_circles_of_prototypes_end(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'A' { def Mesh 'M' { $triangle } def PointInstancer 'I' {"
+               "  rel prototypes = [</A>, </B>]; int[] protoIndices = [0, 1];"
+               "  point3f[] positions = [(1,0,0), (2,0,0)] } }"
+               "def Xform 'B' { def PointInstancer 'I' {"
+               "  rel prototypes = [</A>, </B>]; int[] protoIndices = [0, 1];"
+               "  point3f[] positions = [(1,0,0), (2,0,0)] } }");
+    assert_true(is_reported("/A/I", "instancing"));
+    assert_true(is_reported("/B/I", "instancing"));
+    assert_true(fake.set_mesh_calls < 8);
+}
+
 static void test_instancers_without_sense_are_named(void **state)
 {
     (void)state;
@@ -196,6 +227,8 @@ int main(void)
         cmocka_unit_test_teardown(test_placements_hand_colors_down, close_stage),
         cmocka_unit_test_teardown(test_every_array_counts, close_stage),
         cmocka_unit_test_teardown(test_nested_point_instancers, close_stage),
+        cmocka_unit_test_teardown(test_prototypes_are_shared_across_levels, close_stage),
+        cmocka_unit_test_teardown(test_circles_of_prototypes_end, close_stage),
         cmocka_unit_test_teardown(test_instancers_without_sense_are_named, close_stage),
         cmocka_unit_test_teardown(test_places_that_are_none, close_stage),
         cmocka_unit_test_teardown(test_arrays_of_other_lengths, close_stage),

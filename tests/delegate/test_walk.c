@@ -143,27 +143,32 @@ static void test_preview_bindings_are_named(void **state)
     assert_false(is_reported("/None", "material:binding:preview"));
 }
 
-// A chain of 40 instancers, each the prototype of the one around it, ends with a word.
+// A chain of instancers, each the prototype of the one before, and a mesh.
+static void open_chain(int count)
+{
+    static char body[1 << 17];
+    size_t used = 0;
+    for (int i = 0; i < count; i++)
+        used += (size_t)snprintf(body + used, sizeof body - used,
+                                 "def PointInstancer 'I%d' { rel prototypes = [</I%d>];"
+                                 "int[] protoIndices = [0]; point3f[] positions = [(0,0,0)] }",
+                                 i, i + 1);
+    snprintf(body + used, sizeof body - used, "def Mesh 'I%d' { $triangle }", count);
+    open_stage(body);
+}
+
 static void test_nesting_ends(void **state)
 {
     (void)state;
-    char body[8192], path[256] = "";
-    size_t used = 0;
-    for (int i = 0; i < 40; i++) {
-        strcat(path, "/I");
-        used += (size_t)snprintf(body + used, sizeof body - used,
-                                 "def PointInstancer 'I' { rel prototypes = [<%s/I>];"
-                                 "int[] protoIndices = [0]; point3f[] positions = [(0,0,0)];",
-                                 path);
-    }
-    used += (size_t)snprintf(body + used, sizeof body - used, "def Mesh 'I' { $triangle }");
-    for (int i = 0; i < 40; i++)
-        body[used++] = '}';
-    body[used] = '\0';
-    open_stage(body);
-    path[2 * 33] = '\0';
-    assert_true(is_reported(path, "instancing"));
-    assert_int_equal(fake.set_mesh_calls, 0);
+    open_chain(100);
+    assert_false(is_reported("/I99", "instancing"));
+    const FakeObject *group = &fake.objects[0];
+    for (int depth = 0; depth < 100; depth++)
+        group = &fake.objects[group->instances[0].object];
+    assert_int_equal(group->instance_count, 1);
+    close_stage(NULL);
+    open_chain(600);
+    assert_true(is_reported("/I512", "instancing"));
 }
 
 // ---- Memory ------------------------------------------------------------------------------------
