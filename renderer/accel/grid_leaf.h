@@ -8,8 +8,8 @@
 // blocks,
 //   of quads one: 4 of a triangle or two, or 2 of four triangles to a block. Of triangles that are
 //   split in 3 a list of faces: 4 in fans or 2 in quads, one block.
-// - Where all patches are one block, that: the reference is the patch's number, and there is
-//   nothing else.
+// - Where all patches are one block, or two, that: the reference is the patch's number, or twice
+//   that and which, and there is nothing else.
 // - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
 //   Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
 //   there are 6. Of triangles split in 3, with up to 4 squares a side
@@ -95,16 +95,40 @@ static inline uint32_t co_grid_list_step(const CoPatchTable *table)
     return is_two ? 2 : 4;
 }
 
-// Whether all patches are one block.
+// Whether all patches are quads with as many squares.
+static inline bool co_grid_is_even(const CoPatchTable *table)
+{
+    return !table->is_triangular && !table->is_mixed && !table->first_tri && !table->fold;
+}
+
+// log2 of the blocks of a patch, where blocks are leaves.
+static inline uint32_t co_grid_block_shift(const CoPatchTable *table)
+{
+    return table->level == 2 && co_grid_is_even(table) ? 1 : 0;
+}
+
+// Whether each block is a leaf.
 static inline bool co_grid_is_block(const CoPatchTable *table)
 {
-    return table->level == (table->is_triangular ? 2 : 1) && !co_grid_has_faces(table);
+    bool is_one = table->level == (table->is_triangular ? 2 : 1) && !co_grid_has_faces(table);
+    return is_one || co_grid_block_shift(table) > 0;
 }
 
 static inline bool co_grid_has_tiles(const CoPatchTable *table)
 {
     return !co_grid_is_list(table) && !co_grid_is_block(table);
 }
+
+// How the points of a block follow from the words of its patch, where patches are even and of level
+// 1 to 3: one cache line.
+typedef struct CoGridPlan {
+    uint8_t word[16], step[16]; // by point: see co_lane_along
+    uint8_t corner[24];         // as of CoTriLeaf
+    uint8_t low, high;          // first triangles of its rows, in the patch
+    uint8_t count;              // of triangles
+    uint8_t unused[5];
+} CoGridPlan;
+_Static_assert(sizeof(CoGridPlan) == 64, "a plan is a cache line");
 
 // 2^(exponent - 127).
 static inline float co_grid_step(uint8_t exponent)

@@ -78,6 +78,21 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);
     return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
 }
+// As lane_scalar.h has it.
+static inline void co_lane_along(const uint32_t words[9], const uint8_t *which,
+                                 const uint8_t *steps, uint32_t *out)
+{
+    __m256i at = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)which));
+    __m256i step = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)steps));
+    __m256i low = _mm256_loadu_si256((const __m256i *)(const void *)words);
+    __m256 word = _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(low, at));
+    __m256 ninth = _mm256_castsi256_ps(_mm256_set1_epi32((int)words[8]));
+    word = _mm256_blendv_ps(word, ninth, _mm256_castsi256_ps(_mm256_slli_epi32(at, 28)));
+    __m256i all = _mm256_castps_si256(word);
+    __m256i on = _mm256_sign_epi32(step, _mm256_or_si256(all, _mm256_set1_epi32(1)));
+    __m256i first = _mm256_and_si256(all, _mm256_set1_epi32(INT32_MAX));
+    _mm256_storeu_si256((__m256i *)(void *)out, _mm256_add_epi32(first, on));
+}
 // Points k and k + 4 side by side.
 static inline __m256 co_lane_point_pair(const float *points, const uint32_t *index)
 {

@@ -129,6 +129,16 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
     return (float)*p;
 }
 // Points as lanes of x, y and z: lane k is points[3 index[k] ..]. Reads one float behind each.
+// Of CO_LANE_WIDTH runs of numbers, up from a word or, where its highest bit is set, down from the
+// rest of it, the number that is so many steps on.
+static inline void co_lane_along(const uint32_t words[9], const uint8_t *which,
+                                 const uint8_t *steps, uint32_t *out)
+{
+    for (int k = 0; k < CO_LANE_WIDTH; k++) {
+        const uint32_t word = words[which[k]], first = word & INT32_MAX;
+        out[k] = word >> 31 ? first - steps[k] : first + steps[k];
+    }
+}
 static inline void co_lane_load_points(const float *points, const uint32_t *index, CoLane out[3])
 {
     for (int c = 0; c < 3; c++)

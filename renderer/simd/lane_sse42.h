@@ -137,6 +137,15 @@ static inline CoLane co_lane_load_bytes(const uint8_t *p)
     __m128i bytes = _mm_loadu_si32(p);
     return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes));
 }
+// As lane_scalar.h has it.
+static inline void co_lane_along(const uint32_t words[9], const uint8_t *which,
+                                 const uint8_t *steps, uint32_t *out)
+{
+    for (int k = 0; k < CO_LANE_WIDTH; k++) {
+        const uint32_t word = words[which[k]], first = word & INT32_MAX;
+        out[k] = word >> 31 ? first - steps[k] : first + steps[k];
+    }
+}
 static inline void co_lane_load_points(const float *points, const uint32_t *index, CoLane out[3])
 {
     __m128 a = _mm_loadu_ps(points + 3 * (uint64_t)index[0]);

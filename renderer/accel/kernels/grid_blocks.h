@@ -223,6 +223,24 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     return gather_block(block, bvh->points);
 }
 
+// The same of an even patch.
+static inline CoTriLeaf open_planned(const CoBvh *bvh, uint32_t patch, uint32_t place,
+                                     GridBlock *block)
+{
+    const CoPatchTable *table = bvh->patches;
+    const CoGridPlan *plan = &bvh->plans[place];
+    const uint32_t *words = table->words + (size_t)patch * CO_PATCH_WORDS;
+    const uint32_t first_tri = patch << table->unit_shift;
+    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH)
+        co_lane_along(words, plan->word + i, plan->step + i, block->index + i);
+    block->count = plan->count;
+    block->valid = (1u << plan->count) - 1u;
+    number_rows(block, first_tri + plan->low, first_tri + plan->high);
+    CoTriLeaf leaf = gather_block(block, bvh->points);
+    leaf.corner = plan->corner;
+    return leaf;
+}
+
 // One bit per block that the ray enters, as slab_node has it.
 static inline uint32_t slab_tile(const CoGridLeaf *leaf, uint32_t blocks, const Ray *ray,
                                  float entry[CO_TILE_BLOCKS])
@@ -261,6 +279,8 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
                                         GridBlock *block)
 {
     uint32_t at[2];
+    if (bvh->plans)
+        return open_planned(bvh, tile->patch, place, block);
     if (co_grid_has_faces(bvh->patches)) {
         uint32_t patch = co_grid_face_block_at(co_grid_blocks(tile), place, at);
         return open_squares(bvh, tile->patch + patch, at, block);
@@ -311,8 +331,12 @@ static inline bool trace_tile(Group *group, Ray *ray, const Shear *shear, const 
 // A leaf that is one block.
 static inline CoTriLeaf open_block(const CoBvh *bvh, uint32_t ref, GridBlock *block)
 {
-    const uint32_t origin[2] = {0, 0};
-    return open_squares(bvh, ref & CO_REF_LEAF_PLACE, origin, block);
+    const uint32_t origin[2] = {0, 0}, number = ref & CO_REF_LEAF_PLACE;
+    if (bvh->plans) {
+        const uint32_t shift = bvh->block_shift;
+        return open_planned(bvh, number >> shift, number & ((1u << shift) - 1u), block);
+    }
+    return open_squares(bvh, number, origin, block);
 }
 
 #include "accel/kernels/grid_lists.h"
