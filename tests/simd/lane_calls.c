@@ -42,6 +42,15 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const uint8_t *ind
         co_lane_load_points(a, place, point); // of 256 floats
         for (int c = 0; c < 3; c++)
             co_lane_store(at += count, point[c]);
+        uint8_t which[8];
+        uint32_t words[9], found[8];
+        __builtin_memcpy(words, b, sizeof words);
+        for (uint32_t k = 0; k < CO_LANE_WIDTH; k++)
+            which[k] = index[i + k] % 9u;
+        co_lane_along(words, which, index + i, found);
+        at += count;
+        for (uint32_t k = 0; k < CO_LANE_WIDTH; k++)
+            at[k] = (float)(found[k] >> 16) + (float)(found[k] & 0xffu);
     }
     float *at = out + (LANE_CALL_COUNT - 2) * count;
     for (uint32_t i = 0; i < count; i += CO_LANE_WIDTH) {
