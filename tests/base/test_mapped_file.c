@@ -1,46 +1,17 @@
 // Mapped and scratch files: what is there, what is not, what must not be opened at all.
 
 #include "base/mapped_file.h"
+#include "support/files.h"
 
 #include <fcntl.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-static char folder[] = "/tmp/cohort-mapped-XXXXXX";
-static char path[64];
+static char path[96];
 
 static int make_folder(void **state)
 {
-    (void)state;
-    if (!mkdtemp(folder))
-        return -1;
-    snprintf(path, sizeof path, "%s/file", folder);
-    return 0;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    unlink(path);
-    return rmdir(folder);
-}
-
-static void write_bytes(const void *bytes, size_t size)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, size, file), size);
-    fclose(file);
+    int failed = test_folder_make(state);
+    snprintf(path, sizeof path, "%s/file", test_folder);
+    return failed;
 }
 
 static void bytes_are_mapped(void **state)
@@ -49,7 +20,7 @@ static void bytes_are_mapped(void **state)
     char bytes[10000];
     for (size_t i = 0; i < sizeof bytes; i++)
         bytes[i] = (char)(i * 7);
-    write_bytes(bytes, sizeof bytes);
+    test_write_file(path, bytes, sizeof bytes);
     CoMappedFile file = {0};
     CohortError err = {0};
     assert_true(co_mapped_file_open(path, &file, &err));
@@ -69,7 +40,7 @@ static void bytes_are_mapped(void **state)
 static void an_empty_file_is_no_failure(void **state)
 {
     (void)state;
-    write_bytes("", 0);
+    test_write_file(path, "", 0);
     CoMappedFile file = {"x", 1};
     assert_true(co_mapped_file_open(path, &file, NULL));
     assert_null(file.data);
@@ -93,10 +64,10 @@ static void what_is_no_file_is_named(void **state)
     (void)state;
     char fifo[80];
     expect_failure("/nowhere/at/all", COHORT_ERROR_FILE_NOT_FOUND);
-    expect_failure(folder, COHORT_ERROR_FILE_READ);
+    expect_failure(test_folder, COHORT_ERROR_FILE_READ);
     expect_failure("/dev/null", COHORT_ERROR_FILE_READ);
-    snprintf(fifo, sizeof fifo, "%s/file/below", folder);
-    write_bytes("a", 1);
+    snprintf(fifo, sizeof fifo, "%s/file/below", test_folder);
+    test_write_file(path, "a", 1);
     expect_failure(fifo, COHORT_ERROR_FILE_READ);
 }
 
@@ -116,7 +87,7 @@ static void scratch_files_have_no_name(void **state)
 {
     (void)state;
     CohortError err = {0};
-    int fd = co_scratch_file(folder, 100000, &err);
+    int fd = co_scratch_file(test_folder, 100000, &err);
     assert_true(fd >= 0);
     struct stat info;
     assert_int_equal(fstat(fd, &info), 0);
@@ -124,7 +95,7 @@ static void scratch_files_have_no_name(void **state)
     assert_int_equal(info.st_nlink, 0);
     assert_int_equal(pwrite(fd, "end", 3, 99997), 3);
     close(fd);
-    fd = co_scratch_file(folder, 0, &err);
+    fd = co_scratch_file(test_folder, 0, &err);
     assert_true(fd >= 0);
     close(fd);
     assert_int_equal(err.code, COHORT_OK);
@@ -138,7 +109,7 @@ static void scratch_that_cannot_be_is_said(void **state)
     assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
     assert_non_null(strstr(err.message, "/nowhere"));
     err = (CohortError){0};
-    assert_int_equal(co_scratch_file(folder, (size_t)1 << 60, &err), -1);
+    assert_int_equal(co_scratch_file(test_folder, (size_t)1 << 60, &err), -1);
     assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
     char longer[5000];
     memset(longer, 'd', sizeof longer - 1);
@@ -159,5 +130,5 @@ int main(void)
         cmocka_unit_test(scratch_files_have_no_name),
         cmocka_unit_test(scratch_that_cannot_be_is_said),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, make_folder, test_folder_remove);
 }

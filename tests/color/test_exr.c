@@ -4,39 +4,13 @@
 #include "cohort/image.h"
 
 #include "base/memory.h"
+#include "support/files.h"
 
-#include <dirent.h>
 #include <math.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cmocka.h>
-
-static char folder[] = "/tmp/cohort-exr-XXXXXX";
 static const char path[] = "picture.exr";
-
-static int enter(void **state)
-{
-    (void)state;
-    return !mkdtemp(folder) || chdir(folder);
-}
-
-static int leave(void **state)
-{
-    (void)state;
-    char command[64];
-    snprintf(command, sizeof command, "rm -rf %s", folder);
-    return chdir("/") || system(command);
-}
 
 static int files_in_folder(void)
 {
@@ -150,15 +124,6 @@ static const char *find(const char *bytes, size_t size, const char *name, const 
     return NULL;
 }
 
-static size_t read_bytes(const char *file, char *out, size_t size)
-{
-    FILE *f = fopen(file, "rb");
-    assert_non_null(f);
-    size_t n = fread(out, 1, size, f);
-    fclose(f);
-    return n;
-}
-
 static void attributes_are_in_the_header(void **state)
 {
     (void)state;
@@ -184,8 +149,8 @@ static void attributes_are_in_the_header(void **state)
                           .attribute_count = 8};
     CohortError err = {0};
     assert_true(cohort_exr_write(path, &desc, &err));
-    static char bytes[4096];
-    size_t size = read_bytes(path, bytes, sizeof bytes);
+    size_t size;
+    char *bytes = test_read_file(path, &size);
     int32_t integer;
     assert_memory_equal(find(bytes, size, "text", "string", 5), "gr\xc3\xbcn", 5);
     find(bytes, size, "none", "string", 0);
@@ -198,21 +163,20 @@ static void attributes_are_in_the_header(void **state)
     assert_memory_equal(find(bytes, size, "chromaticities", "chromaticities", 32), list[7].numbers,
                         32);
     assert_memory_equal(find(bytes, size, "pixelAspectRatio", "float", 4), &(float){2.0f}, 4);
+    free(bytes);
 }
 
 static void truncated_files_are_refused(void **state)
 {
     (void)state;
-    static char bytes[65536];
     float pixels[16 * 40 * 3];
     fill(pixels, 16 * 40 * 3);
     CohortError err = {0};
     assert_true(write_floats(path, 16, 40, pixels, COHORT_COMPRESSION_ZIP, &err));
-    size_t size = read_bytes(path, bytes, sizeof bytes);
+    size_t size;
+    char *bytes = test_read_file(path, &size);
     for (size_t length = 0; length < size; length += length < 400 ? 7 : 97) {
-        FILE *f = fopen("cut.exr", "wb");
-        fwrite(bytes, 1, length, f);
-        fclose(f);
+        test_write_file("cut.exr", bytes, length);
         CohortError why = {0};
         CohortImage image = {0};
         assert_false(cohort_exr_read("cut.exr", &image, &why));
@@ -220,17 +184,18 @@ static void truncated_files_are_refused(void **state)
         assert_null(image.pixels);
     }
     unlink("cut.exr");
+    free(bytes);
 }
 
 static void garbage_never_crashes(void **state)
 {
     (void)state;
-    static char bytes[65536], changed[65536];
     float pixels[16 * 20 * 3];
     fill(pixels, 16 * 20 * 3);
     CohortError err = {0};
     assert_true(write_floats(path, 16, 20, pixels, COHORT_COMPRESSION_ZIP, &err));
-    size_t size = read_bytes(path, bytes, sizeof bytes);
+    size_t size;
+    char *bytes = test_read_file(path, &size), *changed = malloc(size);
     uint32_t x = 7;
     for (int round = 0; round < 400; round++) {
         memcpy(changed, bytes, size);
@@ -240,9 +205,7 @@ static void garbage_never_crashes(void **state)
             size_t where = (x >> 8) % (round % 2 ? 400 : size);
             changed[where] = (char)(x >> 3);
         }
-        FILE *f = fopen("bent.exr", "wb");
-        fwrite(changed, 1, size, f);
-        fclose(f);
+        test_write_file("bent.exr", changed, size);
         CohortError why = {0};
         CohortImage image = {0};
         bool ok = cohort_exr_read("bent.exr", &image, &why);
@@ -251,6 +214,8 @@ static void garbage_never_crashes(void **state)
         cohort_image_clear(&image);
     }
     unlink("bent.exr");
+    free(changed);
+    free(bytes);
 }
 
 static void what_is_no_picture_is_refused(void **state)
@@ -366,5 +331,5 @@ int main(void)
         cmocka_unit_test(failed_writes_leave_no_trace),
         cmocka_unit_test(memory_that_fails_is_said),
     };
-    return cmocka_run_group_tests(tests, enter, leave);
+    return cmocka_run_group_tests(tests, test_folder_enter, test_folder_leave);
 }

@@ -3,36 +3,14 @@
 #include "cohort/image.h"
 
 #include "shims/oiio.h"
+#include "support/files.h"
 
-#include <dirent.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-
-static char folder[] = "/tmp/cohort-view-XXXXXX";
 
 static int enter(void **state)
 {
-    (void)state;
     unsetenv("OCIO");
-    return !mkdtemp(folder) || chdir(folder);
-}
-
-static int leave(void **state)
-{
-    (void)state;
-    char command[64];
-    snprintf(command, sizeof command, "rm -rf %s", folder);
-    return chdir("/") || system(command);
+    return test_folder_enter(state);
 }
 
 static CohortView *open_view(const char *config, const char *space, const char *display,
@@ -244,9 +222,7 @@ static const char cyclic_config[] =
 static void definitions_in_a_circle_are_refused(void **state)
 {
     (void)state;
-    FILE *file = fopen("cycle.ocio", "w");
-    fputs(cyclic_config, file);
-    fclose(file);
+    test_write_text("cycle.ocio", cyclic_config);
     CohortError err = {0};
     assert_null(cohort_view_create("cycle.ocio", NULL, NULL, NULL, &err));
     assert_int_equal(err.code, COHORT_ERROR_COLOR);
@@ -290,5 +266,5 @@ int main(void)
         cmocka_unit_test(definitions_in_a_circle_are_refused),
         cmocka_unit_test(broken_configs_are_survived),
     };
-    return cmocka_run_group_tests(tests, enter, leave);
+    return cmocka_run_group_tests(tests, enter, test_folder_leave);
 }

@@ -3,41 +3,28 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "film/film.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cmocka.h>
+#include "support/files.h"
 
 #define AOVS (COHORT_AOV_NORMAL | COHORT_AOV_PRIM_ID)
 #define WIDTH 190u // several chunks, the last one not full
 #define HEIGHT 130u
 #define KEY 0x1234u
 
-static char folder[64], path[96];
+static char path[96];
 
 static int make_folder(void **state)
 {
-    (void)state;
-    strcpy(folder, "/tmp/cohort-film-XXXXXX");
-    if (!mkdtemp(folder))
-        return -1;
-    snprintf(path, sizeof path, "%s/film.cohort", folder);
-    return 0;
+    int failed = test_folder_make(state);
+    snprintf(path, sizeof path, "%s/film.cohort", test_folder);
+    return failed;
 }
 
+// Fails if a temporary file was left behind.
 static int remove_folder(void **state)
 {
     (void)state;
     unlink(path);
-    return rmdir(folder); // fails if a temporary file was left behind
+    return rmdir(test_folder);
 }
 
 static void add_sample(CoFilm *film, uint32_t width, uint32_t height, uint32_t sample)
@@ -129,46 +116,25 @@ static void films_of_something_else_are_refused_by_name(void **state)
     co_film_destroy(film);
 }
 
-static unsigned char *read_file(size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    fseek(file, 0, SEEK_END);
-    *size = (size_t)ftell(file);
-    rewind(file);
-    unsigned char *bytes = malloc(*size + 1);
-    assert_int_equal(fread(bytes, 1, *size, file), *size);
-    fclose(file);
-    return bytes;
-}
-
-static void write_file(const unsigned char *bytes, size_t size)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, size, file), size);
-    fclose(file);
-}
-
 static void damaged_truncated_and_foreign_files_are_refused(void **state)
 {
     (void)state;
     CoFilm *film = make_film(2);
     size_t size;
     assert_true(co_film_save(film, path, KEY, NULL));
-    unsigned char *bytes = read_file(&size);
+    unsigned char *bytes = test_read_file(path, &size);
     bytes[size] = 0;
     for (size_t length = 0; length < size; length += length < 80 ? 1 : size / 13) {
-        write_file(bytes, length);
+        test_write_file(path, bytes, length);
         refused(film, KEY, "truncated");
     }
     for (size_t at = 0; at < size; at += at < 80 ? 1 : size / 17) {
         bytes[at] ^= 0x10;
-        write_file(bytes, size);
+        test_write_file(path, bytes, size);
         refused(film, KEY, at < 8 ? "no film file" : "");
         bytes[at] ^= 0x10;
     }
-    write_file(bytes, size + 1);
+    test_write_file(path, bytes, size + 1);
     refused(film, KEY, "after its end");
     free(bytes);
     unlink(path);
@@ -200,7 +166,7 @@ static void a_save_that_fails_leaves_the_old_file(void **state)
     assert_false(co_film_save(film, "/nonexistent/folder/film", KEY, &err));
     assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
     err = (CohortError){0};
-    assert_false(co_film_save(film, folder, KEY, &err)); // a folder is in the way
+    assert_false(co_film_save(film, test_folder, KEY, &err)); // a folder is in the way
     assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
     co_film_destroy(film);
 }

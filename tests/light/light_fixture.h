@@ -3,7 +3,7 @@
 #ifndef TESTS_LIGHT_FIXTURE_H
 #define TESTS_LIGHT_FIXTURE_H
 
-#include "light/light.h"
+#include "light/light_internal.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -61,6 +61,19 @@ static inline void test_turn(CohortLightDesc *d, int axis, double degrees)
         d->transform[i][a] = p * c - q * s;
         d->transform[i][b] = p * s + q * c;
     }
+}
+
+// A light by itself, and one with an image.
+static inline CoLight light_with(const CohortLightDesc *desc, const CoLightImage *image)
+{
+    CoLight light;
+    assert_true(co_light_setup(&light, desc, image, zero_frame, identity_rgb, NULL));
+    return light;
+}
+
+static inline CoLight light_of(const CohortLightDesc *desc)
+{
+    return light_with(desc, NULL);
 }
 
 static inline CoLights *test_lights(const CohortLightDesc *descs, const CoLightImage *images,

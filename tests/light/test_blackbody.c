@@ -2,8 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
 static void blackbodies_are_those_of_usd(void **state)
 {
     (void)state;

@@ -3,15 +3,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
-static CoLight light_of(const CohortLightDesc *desc)
-{
-    CoLight light;
-    assert_true(co_light_setup(&light, desc, NULL, zero_frame, identity_rgb, NULL));
-    return light;
-}
-
 static void a_line_meets_the_plane_at_the_lights_own_place(void **state)
 {
     (void)state;

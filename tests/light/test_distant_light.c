@@ -2,15 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
-static CoLight light_of(const CohortLightDesc *desc)
-{
-    CoLight light;
-    assert_true(co_light_setup(&light, desc, NULL, zero_frame, identity_rgb, NULL));
-    return light;
-}
-
 static CoLight distant(float degrees)
 {
     CohortLightDesc d = test_light(COHORT_LIGHT_DISTANT);

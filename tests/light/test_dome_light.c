@@ -2,15 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
-static CoLight light_of(const CohortLightDesc *desc, const CoLightImage *image)
-{
-    CoLight light;
-    assert_true(co_light_setup(&light, desc, image, zero_frame, identity_rgb, NULL));
-    return light;
-}
-
 enum {
     WIDTH = 16,
     HEIGHT = 8,
@@ -40,7 +31,7 @@ static void densities_sum_to_one(void **state)
     const CoLightImage image = {pixels[0][0], WIDTH, HEIGHT};
     CohortLightDesc d = test_light(COHORT_LIGHT_DOME);
     test_turn(&d, 0, 40.0);
-    CoLight plain = light_of(&d, NULL), textured = light_of(&d, &image);
+    CoLight plain = light_of(&d), textured = light_with(&d, &image);
     const CoVec3 n = co_normalize(co_vec3(1, 2, 3)), none = co_vec3(0, 0, 0);
     test_near(total_density(&plain, n), 1.0, 1e-3);
     test_near(total_density(&plain, none), 1.0, 1e-4);
@@ -62,7 +53,7 @@ static void one_bright_texel_draws_the_samples(void **state)
     pixels[3][4][0] = 900.0f; // longitude +pi/2 is a quarter from the left, towards +X
     const CoLightImage image = {pixels[0][0], WIDTH, HEIGHT};
     CohortLightDesc d = test_light(COHORT_LIGHT_DOME);
-    CoLight light = light_of(&d, &image);
+    CoLight light = light_with(&d, &image);
     const CoVec3 n = co_vec3(0, 1, 0);
     double sum = 0.0;
     for (int i = 0; i < 64 * 64; i++) {
@@ -85,7 +76,7 @@ static void a_plain_dome_is_one_color(void **state)
     (void)state;
     CohortLightDesc d = test_light(COHORT_LIGHT_DOME);
     d.color[2] = 0.5f;
-    CoLight light = light_of(&d, NULL);
+    CoLight light = light_of(&d);
     CoVec3 c = co_dome_light_radiance(&light, co_normalize(co_vec3(1, -2, 0.5f)));
     assert_true(c.x == 1.0f && c.y == 1.0f && c.z == 0.5f);
 }

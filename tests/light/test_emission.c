@@ -2,15 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
-static CoLight light_of(const CohortLightDesc *desc, const CoLightImage *image)
-{
-    CoLight light;
-    assert_true(co_light_setup(&light, desc, image, zero_frame, identity_rgb, NULL));
-    return light;
-}
-
 static void images_are_looked_up_between_texel_centers(void **state)
 {
     (void)state;
@@ -36,7 +27,7 @@ static void focus_tints_what_leaves_aside(void **state)
     CohortLightDesc d = test_light(COHORT_LIGHT_DISK);
     d.shaping_focus = 2.0f;
     d.shaping_focus_tint[0] = 1.0f;
-    CoLight light = light_of(&d, NULL);
+    CoLight light = light_of(&d);
     CoVec3 ahead = co_light_emission(&light, co_vec3(0, 0, 1), 0, 0);
     assert_true(ahead.x == 1.0f && ahead.y == 1.0f);
     // cos^2 of 60 degrees is a quarter.
@@ -56,11 +47,11 @@ static void the_cone_ends_it_softly(void **state)
     (void)state;
     CohortLightDesc d = test_light(COHORT_LIGHT_SPHERE);
     d.shaping_cone_angle_degrees = 40.0f;
-    CoLight hard = light_of(&d, NULL);
+    CoLight hard = light_of(&d);
     assert_true(co_light_emission(&hard, at_degrees(39.9), 0, 0).x == 1.0f);
     assert_true(co_light_emission(&hard, at_degrees(40.1), 0, 0).x == 0.0f);
     d.shaping_cone_softness = 0.5f; // from 20 degrees on
-    CoLight soft = light_of(&d, NULL);
+    CoLight soft = light_of(&d);
     assert_true(co_light_emission(&soft, at_degrees(19.9), 0, 0).x == 1.0f);
     test_near((double)co_light_emission(&soft, at_degrees(30.0), 0, 0).x, 0.5, 1e-4);
     test_near((double)co_light_emission(&soft, at_degrees(35.0), 0, 0).x, 0.15625, 1e-3);
@@ -74,7 +65,7 @@ static void a_rect_shines_its_image(void **state)
     const CoLightImage image = {pixels[0], 2, 2};
     CohortLightDesc d = test_light(COHORT_LIGHT_RECT);
     d.intensity = 10.0f;
-    CoLight light = light_of(&d, &image);
+    CoLight light = light_with(&d, &image);
     // The first texel stands at (+X, +Y).
     assert_true(co_light_emission(&light, co_vec3(0, 0, 1), 1, 1).x == 10.0f);
     assert_true(co_light_emission(&light, co_vec3(0, 0, 1), -1, 1).x == 20.0f);

@@ -3,8 +3,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
 static double meter(CohortLightDesc d, CoVec3 org)
 {
     CoLights *lights = test_lights(&d, NULL, 1);

@@ -2,8 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
 static const CoVec3 origin = {0, 0, 0}, up = {0, 0, 1};
 
 static CoLights *three_lamps(void)

@@ -2,15 +2,6 @@
 
 #include "light_fixture.h"
 
-#include "light/light_internal.h"
-
-static CoLight light_of(const CohortLightDesc *desc)
-{
-    CoLight light;
-    assert_true(co_light_setup(&light, desc, NULL, zero_frame, identity_rgb, NULL));
-    return light;
-}
-
 // A side of a cube, seen from its middle, is a sixth of all directions.
 static void a_side_of_a_cube_is_a_sixth(void **state)
 {

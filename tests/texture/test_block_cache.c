@@ -135,5 +135,5 @@ int main(void)
         cmocka_unit_test(a_cache_of_nothing_still_answers),
         cmocka_unit_test(no_memory_is_no_damage),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -187,5 +187,5 @@ int main(void)
         cmocka_unit_test(files_are_published_in_one_step),
         cmocka_unit_test(room_is_asked_of_disks_that_know),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

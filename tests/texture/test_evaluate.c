@@ -343,5 +343,5 @@ int main(void)
         cmocka_unit_test(senseless_lookups_are_harmless),
         cmocka_unit_test(every_allocation_may_fail),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -209,5 +209,5 @@ int main(void)
         cmocka_unit_test(wraps_are_what_is_said_then_metadata_then_black),
         cmocka_unit_test(a_converted_form_is_made_once_per_color),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -130,5 +130,5 @@ int main(void)
         cmocka_unit_test(handles_are_shared_by_many_files),
         cmocka_unit_test(other_files_are_refused),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -450,5 +450,5 @@ int main(void)
         cmocka_unit_test(pipes_and_devices_are_refused_at_once),
         cmocka_unit_test(converted_files_are_found_again),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -117,5 +117,5 @@ int main(void)
         cmocka_unit_test(blocks_are_as_they_were_written),
         cmocka_unit_test(broken_streams_are_refused),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

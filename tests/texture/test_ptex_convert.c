@@ -171,5 +171,5 @@ int main(void)
         cmocka_unit_test(three_or_four_bytes_are_colors_unless_somebody_says_otherwise),
         cmocka_unit_test(odd_faces_are_converted),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

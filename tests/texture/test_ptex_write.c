@@ -168,5 +168,5 @@ int main(void)
         cmocka_unit_test(means_over_footprints_are_means_of_texels),
         cmocka_unit_test(halves_round_as_ptex_has_it),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

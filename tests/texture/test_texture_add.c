@@ -107,5 +107,5 @@ int main(void)
         cmocka_unit_test(no_name_is_no_file),
         cmocka_unit_test(a_file_is_opened_once),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -100,5 +100,5 @@ int main(void)
         cmocka_unit_test(limits_change_what_stays_and_nothing_else),
         cmocka_unit_test(the_largest_block_is_known),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

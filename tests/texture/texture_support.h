@@ -1,55 +1,13 @@
-// What the texture tests share: a folder of their own, random lookups, generated Ptex grids.
+// What the texture tests share: random lookups, generated Ptex grids.
 
 #ifndef TEST_TEXTURE_SUPPORT_H
 #define TEST_TEXTURE_SUPPORT_H
 
 #include "base/hash.h"
+#include "support/files.h"
 #include "texture/ptex_block.h"
 #include "texture/ptex_write.h"
 #include "texture/texture.h"
-
-#include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-
-// A folder that lasts as long as the test program.
-static char test_folder[64];
-
-static int make_folder(void **state)
-{
-    (void)state;
-    snprintf(test_folder, sizeof test_folder, "/tmp/cohort-texture-XXXXXX");
-    return mkdtemp(test_folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    DIR *folder = opendir(test_folder);
-    for (struct dirent *e = folder ? readdir(folder) : NULL; e; e = readdir(folder)) {
-        char path[512];
-        snprintf(path, sizeof path, "%s/%s", test_folder, e->d_name);
-        unlink(path);
-    }
-    if (folder)
-        closedir(folder);
-    return rmdir(test_folder);
-}
-
-static inline const char *in_folder(const char *name)
-{
-    static char paths[4][256];
-    static unsigned next;
-    char *path = paths[next++ % 4];
-    snprintf(path, 256, "%s/%s", test_folder, name);
-    return path;
-}
 
 // A random number in [0, 1) that depends on nothing but its place.
 static inline float random_at(uint64_t seed, uint64_t index)

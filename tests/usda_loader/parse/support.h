@@ -4,10 +4,8 @@
 #define TEST_PARSE_SUPPORT_H
 
 #include "parse/layer.h"
+#include "support/files.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 typedef struct Reports {
     size_t count;
@@ -55,12 +53,8 @@ static inline char *read_data(const char *name, size_t *size)
 {
     char path[1024];
     snprintf(path, sizeof path, COHORT_TEST_DATA_DIR "/usda/%s", name);
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        abort();
-    char *text = malloc(1 << 16);
-    *size = text ? fread(text, 1, 1 << 16, file) : 0;
-    fclose(file);
+    char *text = test_read_file(path, size);
+    assert_non_null(text);
     return text;
 }
 

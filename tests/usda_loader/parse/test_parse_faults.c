@@ -5,15 +5,6 @@
 #include "base/hash.h"
 #include "base/memory.h"
 
-#include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <sys/stat.h>
-
-#include <cmocka.h>
-
 static void each_failing_allocation_is_reported(void **state)
 {
     (void)state;
@@ -86,44 +77,27 @@ typedef struct Sweep {
     size_t files, read, refused;
 } Sweep;
 
-static bool is_text(const char *name)
+static void read_one(void *context, const char *path)
 {
-    const char *dot = strrchr(name, '.');
-    return dot && (strcmp(dot, ".usda") == 0 || strcmp(dot, ".usd") == 0);
-}
-
-static void sweep_folder(Sweep *sweep, const char *folder, int depth)
-{
-    DIR *dir = depth < 16 ? opendir(folder) : NULL;
-    for (struct dirent *entry; dir && (entry = readdir(dir)) != NULL;) {
-        char path[4096];
-        struct stat info;
-        int length = snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
-        if (entry->d_name[0] == '.' || length >= (int)sizeof path || stat(path, &info) != 0)
-            continue;
-        if (S_ISDIR(info.st_mode)) {
-            sweep_folder(sweep, path, depth + 1);
-        } else if (is_text(entry->d_name)) {
-            CohortError err = {0};
-            Reports reports = {0};
-            CoLayer *layer = co_layer_open(path, NULL, keep_report, &reports, &err);
-            sweep->files++;
-            sweep->read += layer != NULL;
-            sweep->refused += layer == NULL;
-            assert_true((layer != NULL) == (err.code == COHORT_OK));
-            assert_true(layer || reports.line > 0);
-            co_layer_destroy(layer);
-        }
-    }
-    if (dir)
-        closedir(dir);
+    Sweep *sweep = context;
+    if (!test_has_suffix(path, ".usda") && !test_has_suffix(path, ".usd"))
+        return;
+    CohortError err = {0};
+    Reports reports = {0};
+    CoLayer *layer = co_layer_open(path, NULL, keep_report, &reports, &err);
+    sweep->files++;
+    sweep->read += layer != NULL;
+    sweep->refused += layer == NULL;
+    assert_true((layer != NULL) == (err.code == COHORT_OK));
+    assert_true(layer || reports.line > 0);
+    co_layer_destroy(layer);
 }
 
 static void the_whole_corpus_is_read_or_refused(void **state)
 {
     (void)state;
     Sweep sweep = {0};
-    sweep_folder(&sweep, COHORT_SHARED_DIR "/usd/corpus", 0);
+    test_each_file(COHORT_SHARED_DIR "/usd/corpus", read_one, &sweep);
     if (!sweep.files)
         skip();
     print_message("%zu files: %zu read, %zu refused\n", sweep.files, sweep.read, sweep.refused);

@@ -2,13 +2,10 @@
 // what one thread finds.
 
 #include "layer_text.h"
+#include "support/files.h"
 #include "support/same_for_threads.h"
 
 #include "base/hash.h"
-
-#include <dirent.h>
-#include <string.h>
-#include <sys/stat.h>
 
 enum {
     TEXT_BYTES = 4 << 20,
@@ -275,13 +272,9 @@ static void failing_memory_is_reported(void **state)
 // What stands behind the layer's metadata, as a prim's contents many times over.
 static void check_file(const char *path)
 {
-    FILE *file = fopen(path, "rb");
-    char *all = malloc(TEXT_BYTES / 4);
+    size_t size;
+    char *all = test_read_file(path, &size);
     assert_non_null(all);
-    size_t size = file ? fread(all, 1, TEXT_BYTES / 4 - 1, file) : 0;
-    all[size] = '\0';
-    if (file)
-        fclose(file);
     assert_true(same_for_threads(all, size, NULL, 3));
     const char *body = strstr(all, "\ndef "), *over = strstr(all, "\nover ");
     body = body && (!over || body < over) ? body : over;
@@ -293,33 +286,28 @@ static void check_file(const char *path)
     free(all);
 }
 
-static void check_folder(const char *folder, int depth, size_t every, size_t *met)
+// One of `every` files, and how many were met.
+typedef struct Corpus {
+    size_t every, met;
+} Corpus;
+
+static void check_some(void *context, const char *path)
 {
-    DIR *dir = depth < 16 ? opendir(folder) : NULL;
-    for (struct dirent *entry; dir && (entry = readdir(dir)) != NULL;) {
-        char path[4096];
-        struct stat info;
-        int length = snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
-        if (entry->d_name[0] == '.' || length >= (int)sizeof path || stat(path, &info) != 0)
-            continue;
-        if (S_ISDIR(info.st_mode))
-            check_folder(path, depth + 1, every, met);
-        else if (strstr(entry->d_name, ".usd") && info.st_size < TEXT_BYTES / 4 &&
-                 (*met)++ % every == 0)
-            check_file(path);
-    }
-    if (dir)
-        closedir(dir);
+    Corpus *corpus = context;
+    struct stat info;
+    if (strstr(strrchr(path, '/'), ".usd") && stat(path, &info) == 0 &&
+        info.st_size < TEXT_BYTES / 4 && corpus->met++ % corpus->every == 0)
+        check_file(path);
 }
 
 static void the_corpus_many_times_over(void **state)
 {
     (void)state;
-    size_t met = 0;
-    check_folder(COHORT_TEST_DATA_DIR, 0, 1, &met);
-    assert_true(met > 10);
-    check_folder(COHORT_SHARED_DIR "/usd/corpus", 0, EVERY_FILE, &met);
-    print_message("%zu files\n", met);
+    Corpus own = {.every = 1}, shared = {.every = EVERY_FILE};
+    test_each_file(COHORT_TEST_DATA_DIR, check_some, &own);
+    assert_true(own.met > 10);
+    test_each_file(COHORT_SHARED_DIR "/usd/corpus", check_some, &shared);
+    print_message("%zu files\n", own.met + shared.met);
 }
 
 int main(void)

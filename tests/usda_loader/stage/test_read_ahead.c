@@ -1,10 +1,10 @@
 // Layers read by several threads: the same stage, the same messages in the same order.
 
+#include "support/files.h"
 #include "usda_loader/stage/usda_stage_fixture.h"
 
 #include "base/memory.h"
 
-#include <stdlib.h>
 
 typedef struct Opened {
     char messages[16384]; // all of them, in order
@@ -23,20 +23,6 @@ static void note(void *cookie, CohortSeverity severity, const char *file, uint32
     out->length += (size_t)n;
 }
 
-static char *read_back(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    size_t size = (size_t)ftell(file);
-    rewind(file);
-    char *text = calloc(size + 1, 1);
-    assert_non_null(text);
-    assert_int_equal(fread(text, 1, size, file), size);
-    fclose(file);
-    return text;
-}
-
 static void open_with(Opened *out, const char *name, uint32_t threads)
 {
     char path[1024], flat[1024];
@@ -53,7 +39,9 @@ static void open_with(Opened *out, const char *name, uint32_t threads)
         strcat(out->layers, "\n");
     }
     assert_true(cohort_stage_flatten(stage, flat, &err));
-    out->text = read_back(flat);
+    size_t size;
+    out->text = test_read_file(flat, &size);
+    assert_non_null(out->text);
     remove(flat);
     cohort_stage_destroy(stage);
 }

@@ -1,9 +1,7 @@
 // A stage that is opened again says what has become different. Also tests equal.c.
 
+#include "support/files.h"
 #include "usda_loader/stage/memory_files.h"
-
-#include <stdlib.h>
-#include <unistd.h>
 
 static const char before[] =
     "#usda 1.0\n(\n subLayers = [@./sub.usda@]\n)\n"
@@ -68,29 +66,18 @@ static void changes_are_told_by_prim(void **state)
         cohort_stage_destroy(all[i]);
 }
 
-static void write_file(const char *path, const char *text)
-{
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
-}
-
 static void files_that_stay_are_shared(void **state)
 {
     (void)state;
-    char folder[] = "/tmp/cohort_reload_XXXXXX", root[64], under[64];
-    assert_non_null(mkdtemp(folder));
-    snprintf(root, sizeof root, "%s/root.usda", folder);
-    snprintf(under, sizeof under, "%s/sub.usda", folder);
-    write_file(root, before);
-    write_file(under, sub);
+    const char *root = in_folder("root.usda"), *under = in_folder("sub.usda");
+    test_write_text(root, before);
+    test_write_text(under, sub);
     CohortError err = {0};
     CohortStage *stage = cohort_stage_open(root, NULL, &err);
     assert_non_null(stage);
     CohortValue then, now;
     assert_true(cohort_prim_value(test_prim(stage, "/A"), "y", COHORT_TIME_DEFAULT, &then));
-    write_file(root, "#usda 1.0\n(\n subLayers = [@./sub.usda@]\n)\ndef \"A\"\n{\n}\n");
+    test_write_text(root, "#usda 1.0\n(\n subLayers = [@./sub.usda@]\n)\ndef \"A\"\n{\n}\n");
     CohortStage *again = cohort_stage_reload(stage, &err);
     assert_non_null(again);
     assert_true(cohort_prim_value(test_prim(again, "/A"), "y", COHORT_TIME_DEFAULT, &now));
@@ -98,9 +85,6 @@ static void files_that_stay_are_shared(void **state)
     cohort_stage_destroy(stage);
     assert_true(((const float *)now.data)[1] == 2);
     cohort_stage_destroy(again);
-    unlink(root);
-    unlink(under);
-    rmdir(folder);
 }
 
 int main(void)
@@ -109,5 +93,5 @@ int main(void)
         cmocka_unit_test(changes_are_told_by_prim),
         cmocka_unit_test(files_that_stay_are_shared),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

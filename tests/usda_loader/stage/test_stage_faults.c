@@ -2,11 +2,12 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "support/files.h"
 #include "usda_loader/stage/usda_stage_fixture.h"
 
-#include <dirent.h>
-#include <stdlib.h>
-#include <unistd.h>
+enum {
+    FLIPPED = 8192 // bytes of a file that are looked at
+};
 
 static size_t visit(const CohortPrim *prim, double time)
 {
@@ -74,40 +75,22 @@ static void every_allocation_may_fail(void **state)
     }
 }
 
-// A folder beside which the stages' references still lead somewhere.
-static bool make_folder(char *folder)
+// Beside them the stages' references still lead somewhere.
+static void link_data(void)
 {
-    if (!mkdtemp(folder))
-        return false;
     DIR *dir = opendir(DATA);
-    for (struct dirent *entry; dir && (entry = readdir(dir));) {
-        char from[2048], to[2048];
+    assert_non_null(dir);
+    for (struct dirent *entry; (entry = readdir(dir)) != NULL;) {
+        char from[2048];
         snprintf(from, sizeof from, DATA "%s", entry->d_name);
-        snprintf(to, sizeof to, "%s/%s", folder, entry->d_name);
-        if (entry->d_name[0] != '.' && symlink(from, to) != 0)
-            return false;
+        assert_true(entry->d_name[0] == '.' || symlink(from, in_folder(entry->d_name)) == 0);
     }
-    if (dir)
-        closedir(dir);
-    return dir != NULL;
-}
-
-static void remove_folder(const char *folder)
-{
-    DIR *dir = opendir(folder);
-    for (struct dirent *entry; dir && (entry = readdir(dir));) {
-        char path[2048];
-        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
-        unlink(path);
-    }
-    if (dir)
-        closedir(dir);
-    rmdir(folder);
+    closedir(dir);
 }
 
 static void flip_and_open(const char *path, const char *text, size_t size, uint32_t *random)
 {
-    char flipped[8192];
+    char flipped[FLIPPED];
     memcpy(flipped, text, size);
     for (int k = 0; k < 2; k++) {
         *random = *random * 1664525u + 1013904223u;
@@ -115,10 +98,7 @@ static void flip_and_open(const char *path, const char *text, size_t size, uint3
         *random = *random * 1664525u + 1013904223u;
         flipped[at] = k ? text[(*random >> 8) % size] : (char)(*random >> 24);
     }
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(flipped, 1, size, file), size);
-    fclose(file);
+    test_write_file(path, flipped, size);
     open_and_visit(path);
 }
 
@@ -126,20 +106,17 @@ static void flipped_bytes_are_survived(void **state)
 {
     (void)state;
     uint32_t random = 1;
-    char folder[] = "/tmp/cohort_flip_XXXXXX", path[1024];
-    assert_true(make_folder(folder));
-    snprintf(path, sizeof path, "%s/flipped.usda", folder);
+    link_data();
     for (size_t i = 0; i < NAME_COUNT; i++) {
-        char source[1024], text[8192];
+        char source[1024];
+        size_t size;
         snprintf(source, sizeof source, DATA "%s", names[i]);
-        FILE *file = fopen(source, "rb");
-        assert_non_null(file);
-        size_t size = fread(text, 1, sizeof text, file);
-        fclose(file);
+        char *text = test_read_file(source, &size);
+        assert_non_null(text);
         for (int round = 0; round < 150; round++)
-            flip_and_open(path, text, size, &random);
+            flip_and_open(in_folder("flipped.usda"), text, size < FLIPPED ? size : FLIPPED, &random);
+        free(text);
     }
-    remove_folder(folder);
 }
 
 typedef struct Readers {
@@ -171,37 +148,29 @@ static void readers_do_not_disturb_each_other(void **state)
     co_worker_count_set(0);
 }
 
-static size_t sweep(const char *folder, size_t *opened)
+typedef struct Sweep {
+    size_t met, opened;
+} Sweep;
+
+static void open_real(void *context, const char *path)
 {
-    size_t met = 0;
-    DIR *dir = opendir(folder);
-    for (struct dirent *entry; dir && (entry = readdir(dir));) {
-        char path[2048];
-        size_t length = strlen(entry->d_name);
-        if (entry->d_name[0] == '.')
-            continue;
-        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
-        if (entry->d_type == DT_DIR) {
-            met += sweep(path, opened);
-        } else if (length > 5 && !strcmp(entry->d_name + length - 5, ".usda")) {
-            met++;
-            *opened += open_and_visit(path) > 0;
-        }
-    }
-    if (dir)
-        closedir(dir);
-    return met;
+    Sweep *sweep = context;
+    if (!test_has_suffix(path, ".usda"))
+        return;
+    sweep->met++;
+    sweep->opened += open_and_visit(path) > 0;
 }
 
 static void real_stages_open(void **state)
 {
     (void)state;
-    size_t opened = 0, met = sweep(COHORT_SHARED_DIR "/stages", &opened);
-    if (!met)
+    Sweep stages = {0}, corpus = {0};
+    test_each_file(COHORT_SHARED_DIR "/stages", open_real, &stages);
+    if (!stages.met)
         skip();
-    assert_int_equal(opened, met);
-    met = sweep(COHORT_SHARED_DIR "/usd/corpus", &opened);
-    assert_true(opened > met / 2);
+    assert_int_equal(stages.opened, stages.met);
+    test_each_file(COHORT_SHARED_DIR "/usd/corpus", open_real, &corpus);
+    assert_true(corpus.opened >= corpus.met / 2);
 }
 
 int main(void)
@@ -212,5 +181,5 @@ int main(void)
         cmocka_unit_test(readers_do_not_disturb_each_other),
         cmocka_unit_test(real_stages_open),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }
