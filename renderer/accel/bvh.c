@@ -18,22 +18,21 @@ typedef struct Corners {
 // False when there are more points than a leaf holds.
 static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, Corners *out)
 {
-    Co8 points[2] = {co8_set1(UINT32_MAX), co8_set1(UINT32_MAX)}; // no point has this index
+    Co16 points = co16_set1(UINT32_MAX); // no point has this index
     uint32_t point_count = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, tris[i], tri);
         for (size_t c = 0; c < 3; c++) {
-            uint32_t same = co8_equal(&points[0], tri[c]) | co8_equal(&points[1], tri[c]) << 8;
+            uint32_t same = co16_equal(&points, tri[c]);
             if (!same && point_count == CO_LEAF_WIDTH)
                 return false;
             if (!same)
-                co8_put(&points[point_count / 8], point_count % 8, tri[c]);
+                co16_put(&points, point_count, tri[c]);
             out->corner[c][i] = (uint8_t)(same ? (uint32_t)__builtin_ctz(same) : point_count++);
         }
     }
-    co8_store(out->points, &points[0]);
-    co8_store(out->points + 8, &points[1]);
+    co16_store(out->points, &points);
     out->point_count = point_count;
     return true;
 }
@@ -132,17 +131,19 @@ static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count,
     return (size_t)(out - begin);
 }
 
-static CoBox triangle_box(const CoMesh *mesh, uint32_t id)
+static void fill_triangle(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
 {
-    CoBox box;
     uint32_t tri[3];
-    co_box_empty(&box);
+    Co4 lo = co4_set1(INFINITY), hi = co4_set1(-INFINITY);
     co_mesh_triangle(mesh, id, tri);
     for (int c = 0; c < 3; c++) {
-        const float *p = mesh->points + 3 * (size_t)tri[c];
-        co_box_extend(&box, p, p);
+        Co4 p = co4_load3(mesh->points + 3 * (size_t)tri[c]);
+        lo = co4_min(p, lo);
+        hi = co4_max(p, hi);
     }
-    return box;
+    co4_store3(out->lo, lo);
+    co4_store3(out->hi, hi);
+    out->id = id;
 }
 
 static void approach(const void *context, const CoBuildPrim *prims, size_t count)
@@ -173,12 +174,14 @@ static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
     PrimFill *fill = context;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
-        uint32_t id = (uint32_t)i;
-        CoBox box =
-            fill->mesh->patches ? co_grid_box(fill->mesh, id) : triangle_box(fill->mesh, id);
+        if (!fill->mesh->patches) {
+            fill_triangle(fill->mesh, (uint32_t)i, &fill->prims[i]);
+            continue;
+        }
+        CoBox box = co_grid_box(fill->mesh, (uint32_t)i);
         memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);
         memcpy(fill->prims[i].hi, box.hi, sizeof box.hi);
-        fill->prims[i].id = id;
+        fill->prims[i].id = (uint32_t)i;
     }
 }
 

@@ -179,7 +179,9 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, uint32_t threads, Co
         is_done = open_wide(prims, threads, out);
     } else {
         CoRange all = {.count = (uint32_t)prims->count};
-        all.box = out->box = co_box4_store(co_prim_box(prims->prims, prims->count));
+        CoBox4 box = co_prim_box(prims->prims, prims->count);
+        co_box4_store(&out->box, &box);
+        all.box = out->box;
         out->largest = prims->count;
         is_done = open_range(out, NULL, prims->prims, &all, out->largest);
     }

@@ -31,15 +31,10 @@ void co_box4_extend(CoBox4 *box, const CoBox4 *by)
     box->hi = co4_max(box->hi, by->hi);
 }
 
-CoBox co_box4_store(CoBox4 from)
+void co_box4_store(CoBox *out, const CoBox4 *from)
 {
-    float lo[4], hi[4];
-    CoBox box;
-    co4_store(lo, from.lo);
-    co4_store(hi, from.hi);
-    memcpy(box.lo, lo, sizeof box.lo);
-    memcpy(box.hi, hi, sizeof box.hi);
-    return box;
+    co4_store3(out->lo, from->lo);
+    co4_store3(out->hi, from->hi);
 }
 
 CoBox4 co_centroid_box(const CoBuildPrim *prims, size_t count)
@@ -73,13 +68,13 @@ static uint32_t bin_count(size_t count)
 CoBinning co_binning_over(const CoBox4 *centroids, size_t count)
 {
     CoBinning binning = {.used = bin_count(count)};
-    CoBox box = co_box4_store(*centroids);
-    for (int k = 0; k < 3; k++) {
-        float extent = box.hi[k] - box.lo[k];
-        float scale = (float)binning.used * (1.0f - 1e-6f) / extent;
-        binning.origin[k] = box.lo[k];
-        binning.scale[k] = extent > 0.0f && extent <= FLT_MAX && scale <= FLT_MAX ? scale : 0.0f;
-    }
+    const Co4 zero = co4_set1(0.0f), most = co4_set1(INFINITY);
+    Co4 extent = co4_sub(centroids->hi, centroids->lo);
+    Co4 scale = co4_div(co4_set1((float)binning.used * (1.0f - 1e-6f)), extent);
+    scale = co4_where_less(scale, most, scale, zero);
+    scale = co4_where_less(extent, most, scale, zero);
+    co4_store(binning.origin, centroids->lo);
+    co4_store(binning.scale, co4_where_less(zero, extent, scale, zero));
     return binning;
 }
 
@@ -139,7 +134,7 @@ void co_bins_merge(CoBins *into, const CoBins *from)
 }
 
 // Areas of four boxes, in units of the scale, with which no finite box overflows.
-static void areas_of_four(const CoBox4 boxes[4], Co4 scale, float out[4])
+static inline Co4 areas_of_four(const CoBox4 boxes[4], Co4 scale)
 {
     const Co4 half = co4_set1(0.5f);
     Co4 d[4];
@@ -147,7 +142,7 @@ static void areas_of_four(const CoBox4 boxes[4], Co4 scale, float out[4])
         d[i] = co4_mul(co4_sub(co4_mul(half, boxes[i].hi), co4_mul(half, boxes[i].lo)), scale);
     co4_transpose(d);
     Co4 sides = co4_add(co4_mul(d[0], d[1]), co4_mul(d[1], d[2]));
-    co4_store(out, co4_add(sides, co4_mul(d[2], d[0])));
+    return co4_add(sides, co4_mul(d[2], d[0]));
 }
 
 // For boxes within this one. Without fmaxf and fminf, which are calls.
@@ -162,55 +157,86 @@ static Co4 area_scale(const CoBox *box)
     return co4_set1(scale < FLT_MAX ? scale : FLT_MAX);
 }
 
-static void split_axis(const CoBins *bins, int axis, Co4 scale, CoSplit *best, uint32_t *best_bin)
+// The cheapest splits: of every fourth bin the first of them.
+typedef struct Cheapest {
+    Co4 cost, place; // bin + CO_BIN_COUNT axis
+} Cheapest;
+
+// Without a branch on what is cheaper, which nothing predicts. Splits with nothing on one side cost
+// infinitely much.
+static void split_axis(const CoBins *bins, int axis, Co4 scale, Cheapest *best)
 {
-    CoBox4 before[CO_BIN_COUNT], after[CO_BIN_COUNT]; // of bins 0 .. b; of bins b + 1 ..
-    float before_area[CO_BIN_COUNT], after_area[CO_BIN_COUNT];
-    uint32_t used = bins->used, left = 0, all = 0;
-    CoBox4 box = co_box4_empty();
+    static const float steps[4] = {0.0f, 1.0f, 2.0f, 3.0f};
+    const CoBox4 *boxes = bins->box[axis];
+    const Co4 none = co4_set1(INFINITY), zero = co4_set1(0.0f);
+    const uint32_t used = bins->used;
+    float left[CO_BIN_COUNT];
+    Co4 right_areas[CO_BIN_COUNT / 4];
+    CoBox4 four[4], box = co_box4_empty();
+    uint32_t all = 0;
     for (uint32_t b = 0; b < used; b++) {
-        co_box4_extend(&box, &bins->box[axis][b]);
-        before[b] = box;
         all += bins->count[axis][b];
+        left[b] = (float)all;
+    }
+    for (uint32_t b = used; b > 0; b -= 4) {
+        for (uint32_t i = 4; i-- > 0;) {
+            four[i] = box;
+            co_box4_extend(&box, &boxes[b - 4 + i]);
+        }
+        right_areas[b / 4 - 1] = areas_of_four(four, scale);
     }
     box = co_box4_empty();
-    for (uint32_t b = used; b-- > 0;) {
-        after[b] = box;
-        co_box4_extend(&box, &bins->box[axis][b]);
-    }
     for (uint32_t b = 0; b < used; b += 4) {
-        areas_of_four(before + b, scale, before_area + b);
-        areas_of_four(after + b, scale, after_area + b);
+        for (uint32_t i = 0; i < 4; i++) {
+            co_box4_extend(&box, &boxes[b + i]);
+            four[i] = box;
+        }
+        Co4 l = co4_load(left + b), r = co4_sub(co4_set1((float)all), l);
+        Co4 cost = co4_add(co4_mul(areas_of_four(four, scale), l), co4_mul(right_areas[b / 4], r));
+        Co4 first = co4_set1((float)((uint32_t)axis * CO_BIN_COUNT + b));
+        cost = co4_where_less(zero, l, co4_where_less(zero, r, cost, none), none);
+        best->place =
+            co4_where_less(cost, best->cost, co4_add(first, co4_load(steps)), best->place);
+        best->cost = co4_min(cost, best->cost);
     }
-    for (uint32_t b = 0; b + 1 < used; b++) {
-        left += bins->count[axis][b];
-        if (left == 0 || left == all)
-            continue;
-        float cost = before_area[b] * (float)left + after_area[b] * (float)(all - left);
-        if (best->axis >= 0 && !(cost < best->cost))
-            continue;
-        best->axis = axis;
-        best->cost = cost;
-        best->left = left;
-        *best_bin = b;
+}
+
+// The cheapest of four, of those as cheap the first.
+static uint32_t cheapest_place(const Cheapest *from, float *cost)
+{
+    float costs[4], places[4];
+    co4_store(costs, from->cost);
+    co4_store(places, from->place);
+    int best = 0;
+    for (int i = 1; i < 4; i++) {
+        bool is_first = costs[i] == costs[best] && places[i] < places[best];
+        best = costs[i] < costs[best] || is_first ? i : best;
     }
+    *cost = costs[best];
+    return (uint32_t)places[best];
 }
 
 CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBox *box)
 {
     CoSplit best = {.axis = -1};
-    uint32_t bin = 0;
+    Cheapest cheapest = {co4_set1(INFINITY), co4_set1(0.0f)};
     Co4 scale = area_scale(box);
     for (int k = 0; k < 3; k++)
         if (binning->scale[k] > 0.0f)
-            split_axis(bins, k, scale, &best, &bin);
-    if (best.axis < 0)
+            split_axis(bins, k, scale, &cheapest);
+    uint32_t place = cheapest_place(&cheapest, &best.cost), bin = place % CO_BIN_COUNT;
+    if (!(best.cost < INFINITY))
         return best;
-    CoBox4 sides[2] = {co_box4_empty(), co_box4_empty()};
-    for (uint32_t b = 0; b < bins->used; b++)
-        co_box4_extend(&sides[b > bin], &bins->box[best.axis][b]);
-    for (int i = 0; i < 2; i++)
-        best.boxes[i] = co_box4_store(sides[i]);
+    best.axis = (int)(place / CO_BIN_COUNT);
+    CoBox4 left = co_box4_empty(), right = left;
+    for (uint32_t b = 0; b <= bin; b++) {
+        co_box4_extend(&left, &bins->box[best.axis][b]);
+        best.left += bins->count[best.axis][b];
+    }
+    for (uint32_t b = bin + 1; b < bins->used; b++)
+        co_box4_extend(&right, &bins->box[best.axis][b]);
+    best.boxes[0] = left;
+    best.boxes[1] = right;
     best.origin = binning->origin[best.axis];
     best.scale = binning->scale[best.axis];
     best.edge = (float)(bin + 1);
@@ -289,30 +315,22 @@ void co_split_move(const CoSplit *split, CoBuildPrim *prims, size_t count, size_
     }
 }
 
-static CoRange half_of(const CoRange *range, uint32_t first, uint32_t count, const CoBox *box)
-{
-    CoRange half = {range->first + first, count, range->depth + 1, *box};
-    return half;
-}
-
-static void halve(const CoBuildPrim *prims, const CoRange *range, CoRange halves[2])
-{
-    uint32_t left = range->count / 2, right = range->count - left;
-    CoBox4 boxes[2] = {co_prim_box(prims, left), co_prim_box(prims + left, right)};
-    CoBox stored[2] = {co_box4_store(boxes[0]), co_box4_store(boxes[1])};
-    halves[0] = half_of(range, 0, left, &stored[0]);
-    halves[1] = half_of(range, left, right, &stored[1]);
-}
-
 void co_split_give(const CoSplit *split, const CoBuildPrim *prims, const CoRange *range,
                    CoRange halves[2])
 {
-    if (split->axis < 0) {
-        halve(prims, range, halves);
-        return;
+    bool is_found = split->axis >= 0;
+    uint32_t left = is_found ? split->left : range->count / 2, right = range->count - left;
+    CoBox4 boxes[2] = {split->boxes[0], split->boxes[1]};
+    if (!is_found) {
+        boxes[0] = co_prim_box(prims, left);
+        boxes[1] = co_prim_box(prims + left, right);
     }
-    halves[0] = half_of(range, 0, split->left, &split->boxes[0]);
-    halves[1] = half_of(range, split->left, range->count - split->left, &split->boxes[1]);
+    for (uint32_t i = 0; i < 2; i++) {
+        halves[i].first = range->first + (i ? left : 0);
+        halves[i].count = i ? right : left;
+        halves[i].depth = range->depth + 1;
+        co_box4_store(&halves[i].box, &boxes[i]);
+    }
 }
 
 void co_split_range(CoBuildPrim *prims, const CoRange *range, CoRange halves[2])

@@ -56,11 +56,11 @@ typedef struct CoSplit {
     float origin, scale, edge;
     uint32_t left; // prims
     float cost;
-    CoBox boxes[2];
+    CoBox4 boxes[2];
 } CoSplit;
 
 CoBox4 co_box4_empty(void);
-CoBox co_box4_store(CoBox4 from);
+void co_box4_store(CoBox *out, const CoBox4 *from);
 void co_box4_extend(CoBox4 *box, const CoBox4 *by);
 CoBox4 co_centroid_box(const CoBuildPrim *prims, size_t count);
 CoBox4 co_prim_box(const CoBuildPrim *prims, size_t count);

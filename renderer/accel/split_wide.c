@@ -181,7 +181,10 @@ CoBox co_wide_split_box(CoWideSplit *s, CoBuildPrim *prims, size_t count)
 {
     s->prims = prims;
     s->count = count;
-    return co_box4_store(measure(s, prim_box_blocks));
+    CoBox4 all = measure(s, prim_box_blocks);
+    CoBox box;
+    co_box4_store(&box, &all);
+    return box;
 }
 
 static void choose(CoWideSplit *s, const CoRange *range, CoSplit *split)

@@ -25,6 +25,12 @@ static inline Co4 co4_load(const float *p)
     return _mm_loadu_ps(p);
 }
 
+// Three, and 0.
+static inline Co4 co4_load3(const float p[3])
+{
+    return _mm_movelh_ps(_mm_loadl_pi(_mm_setzero_ps(), (const void *)p), _mm_load_ss(p + 2));
+}
+
 static inline void co4_store(float *p, Co4 a)
 {
     _mm_storeu_ps(p, a);
@@ -38,6 +44,13 @@ static inline Co4 co4_min(Co4 a, Co4 b)
 static inline Co4 co4_max(Co4 a, Co4 b)
 {
     return _mm_max_ps(a, b);
+}
+
+// x where a < b, else y.
+static inline Co4 co4_where_less(Co4 a, Co4 b, Co4 x, Co4 y)
+{
+    Co4 is_less = _mm_cmplt_ps(a, b);
+    return _mm_or_ps(_mm_and_ps(is_less, x), _mm_andnot_ps(is_less, y));
 }
 
 static inline Co4 co4_add(Co4 a, Co4 b)
@@ -55,40 +68,52 @@ static inline Co4 co4_mul(Co4 a, Co4 b)
     return _mm_mul_ps(a, b);
 }
 
-// Eight numbers, in registers: what is stored alone cannot be loaded together at once.
-typedef struct Co8 {
-    __m128i half[2];
-} Co8;
-
-static inline Co8 co8_set1(uint32_t a)
+static inline Co4 co4_div(Co4 a, Co4 b)
 {
-    Co8 r = {{_mm_set1_epi32((int)a), _mm_set1_epi32((int)a)}};
+    return _mm_div_ps(a, b);
+}
+
+// x, y and z.
+static inline void co4_store3(float p[3], Co4 a)
+{
+    _mm_storel_pi((void *)p, a);
+    _mm_store_ss(p + 2, _mm_movehl_ps(a, a));
+}
+
+// Sixteen numbers, in registers: what is stored alone cannot be loaded together at once.
+typedef struct Co16 {
+    __m128i part[4];
+} Co16;
+
+static inline Co16 co16_set1(uint32_t a)
+{
+    __m128i all = _mm_set1_epi32((int)a);
+    Co16 r = {{all, all, all, all}};
     return r;
 }
 
-static inline void co8_store(uint32_t out[8], const Co8 *a)
+static inline void co16_store(uint32_t out[16], const Co16 *a)
 {
     memcpy(out, a, sizeof *a);
 }
 
 // One bit for each that is x.
-static inline uint32_t co8_equal(const Co8 *a, uint32_t x)
+static inline uint32_t co16_equal(const Co16 *a, uint32_t x)
 {
     __m128i all = _mm_set1_epi32((int)x);
-    int lo = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(a->half[0], all)));
-    int hi = _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(a->half[1], all)));
-    return (uint32_t)lo | (uint32_t)hi << 4;
+    __m128i lo =
+        _mm_packs_epi32(_mm_cmpeq_epi32(a->part[0], all), _mm_cmpeq_epi32(a->part[1], all));
+    __m128i hi =
+        _mm_packs_epi32(_mm_cmpeq_epi32(a->part[2], all), _mm_cmpeq_epi32(a->part[3], all));
+    return (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(lo, hi));
 }
 
-static inline void co8_put(Co8 *a, uint32_t at, uint32_t x)
+static inline void co16_put(Co16 *a, uint32_t at, uint32_t x)
 {
-    __m128i place = _mm_set1_epi32((int)at), all = _mm_set1_epi32((int)x);
-    for (int i = 0; i < 2; i++) {
-        __m128i is_there = _mm_cmpeq_epi32(
-            place, _mm_add_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(4 * i)));
-        a->half[i] =
-            _mm_or_si128(_mm_andnot_si128(is_there, a->half[i]), _mm_and_si128(is_there, all));
-    }
+    __m128i place = _mm_set1_epi32((int)(at % 4)), all = _mm_set1_epi32((int)x);
+    __m128i is_there = _mm_cmpeq_epi32(place, _mm_setr_epi32(0, 1, 2, 3));
+    __m128i *part = &a->part[at / 4];
+    *part = _mm_or_si128(_mm_andnot_si128(is_there, *part), _mm_and_si128(is_there, all));
 }
 
 // Toward zero; the values must fit.
@@ -134,6 +159,12 @@ static inline Co4 co4_load(const float *p)
     return r;
 }
 
+static inline Co4 co4_load3(const float p[3])
+{
+    Co4 r = {{p[0], p[1], p[2], 0.0f}};
+    return r;
+}
+
 static inline void co4_store(float *p, Co4 a)
 {
     memcpy(p, &a, sizeof a);
@@ -147,6 +178,11 @@ static inline Co4 co4_min(Co4 a, Co4 b)
 static inline Co4 co4_max(Co4 a, Co4 b)
 {
     CO4_LANES(a.f[i] > b.f[i] ? a.f[i] : b.f[i]);
+}
+
+static inline Co4 co4_where_less(Co4 a, Co4 b, Co4 x, Co4 y)
+{
+    CO4_LANES(a.f[i] < b.f[i] ? x.f[i] : y.f[i]);
 }
 
 static inline Co4 co4_add(Co4 a, Co4 b)
@@ -164,32 +200,42 @@ static inline Co4 co4_mul(Co4 a, Co4 b)
     CO4_LANES(a.f[i] * b.f[i]);
 }
 
-typedef struct Co8 {
-    uint32_t u[8];
-} Co8;
-
-static inline Co8 co8_set1(uint32_t a)
+static inline Co4 co4_div(Co4 a, Co4 b)
 {
-    Co8 r;
-    for (int i = 0; i < 8; i++)
+    CO4_LANES(a.f[i] / b.f[i]);
+}
+
+static inline void co4_store3(float p[3], Co4 a)
+{
+    memcpy(p, &a, 3 * sizeof *p);
+}
+
+typedef struct Co16 {
+    uint32_t u[16];
+} Co16;
+
+static inline Co16 co16_set1(uint32_t a)
+{
+    Co16 r;
+    for (int i = 0; i < 16; i++)
         r.u[i] = a;
     return r;
 }
 
-static inline void co8_store(uint32_t out[8], const Co8 *a)
+static inline void co16_store(uint32_t out[16], const Co16 *a)
 {
     memcpy(out, a, sizeof *a);
 }
 
-static inline uint32_t co8_equal(const Co8 *a, uint32_t x)
+static inline uint32_t co16_equal(const Co16 *a, uint32_t x)
 {
     uint32_t bits = 0;
-    for (int i = 0; i < 8; i++)
+    for (int i = 0; i < 16; i++)
         bits |= (uint32_t)(a->u[i] == x) << i;
     return bits;
 }
 
-static inline void co8_put(Co8 *a, uint32_t at, uint32_t x)
+static inline void co16_put(Co16 *a, uint32_t at, uint32_t x)
 {
     a->u[at] = x;
 }
