@@ -1,26 +1,12 @@
 // Subdivided meshes: the hits of loose triangles, bit for bit, in less memory.
 
 #include "accel/grid_leaf.h"
-#include "accel_scene.h"
-#include "base/hash.h"
 #include "base/memory.h"
-#include "geometry/subdivision_fixture.h"
+#include "grid_scenes.h"
 
 enum {
     RAYS = 3000
 };
-
-// The same triangles with indices.
-static TestMesh loosen(const CoMesh *mesh)
-{
-    TestMesh loose = mesh_alloc(mesh->point_count, mesh->tri_count);
-    memcpy(loose.points, mesh->points, 12 * (size_t)mesh->point_count);
-    for (uint32_t tri = 0; tri < mesh->tri_count; tri++)
-        co_mesh_triangle(mesh, tri, loose.indices + 3 * (size_t)tri);
-    loose.mesh.box_min = mesh->box_min;
-    loose.mesh.box_max = mesh->box_max;
-    return loose;
-}
 
 // A third at random, a third at corners, a third at points of edges, from around and from inside.
 static CoRayBatch rays_at(const TestMesh *mesh, size_t count, uint64_t seed)
@@ -40,62 +26,13 @@ static CoRayBatch rays_at(const TestMesh *mesh, size_t count, uint64_t seed)
     return rays;
 }
 
-static CoHitBatch trace(const CoMesh *mesh, const CoRayBatch *rays, CoTraverseStats *stats)
-{
-    TestScene s = {0};
-    TestMesh m = {.mesh = *mesh};
-    scene_add_mesh(&s, &m);
-    // Twice, or the loose ones would be baked.
-    const CoVec3 scale = co_vec3(1.0f, 1.25f, 1.0f);
-    CoInstance instances[2] = {place(0, matrix(0.3, scale, co_vec3(0.1f, 0, 0))),
-                               place(0, matrix(0.3, scale, co_vec3(20.0f, 0, 0)))};
-    scene_add_group(&s, instances, 2);
-    CoHitBatch hits = hits_alloc(rays->count);
-    traverse_all(&s.scene, rays, NULL, &hits, stats);
-    scene_clear(&s);
-    return hits;
-}
-
 static void compare(const CoMesh *mesh, uint64_t seed)
 {
     TestMesh loose = loosen(mesh);
     CoRayBatch rays = rays_at(&loose, RAYS, seed);
-    CoTraverseStats a = {0}, b = {0};
-    CoHitBatch want = trace(&loose.mesh, &rays, &a), got = trace(mesh, &rays, &b);
-    assert_true(same_bits(want.t, got.t, RAYS));
-    assert_true(same_bits(want.tri, got.tri, RAYS));
-    assert_true(same_bits(want.u, got.u, RAYS));
-    assert_true(same_bits(want.v, got.v, RAYS));
-    size_t found = 0;
-    for (size_t i = 0; i < RAYS; i++)
-        found += got.tri[i] != COHORT_INVALID_ID;
-    assert_true(found > RAYS / 4);
-    hits_free(&want);
-    hits_free(&got);
+    assert_true(compare_with_loose(mesh, &loose, &rays) > RAYS / 4);
     rays_free(&rays);
     mesh_free(&loose);
-}
-
-// Quads, with other faces among them, triangles, of either scheme; uniform, and edges of all levels
-// up to that.
-enum {
-    MESHES = 6 * 8
-};
-
-static void make_number(uint32_t k, CoMesh *mesh)
-{
-    static Cage cage;
-    static uint8_t levels[6 * CAGE_MAX_FACES];
-    uint32_t level = k / 8, cage_kind = k % 4;
-    bool is_mixed = k / 4 % 2;
-    make_torus(&cage, cage_kind == 1, cage_kind >= 2);
-    CohortScheme scheme = cage_kind == 2 ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK;
-    CohortMeshDesc desc = cage_desc(&cage, scheme, is_mixed ? 0 : level);
-    for (uint32_t e = 0; e < COUNT(levels); e++)
-        levels[e] = (uint8_t)(co_hash32(e + k) % (level + 1));
-    desc.edge_levels = is_mixed ? levels : NULL;
-    make_mesh(&desc, mesh);
-    assert_non_null(mesh->patches);
 }
 
 static void hits_are_those_of_loose_triangles(void **state)
@@ -162,7 +99,7 @@ static void nothing_leaks_between_levels(void **state)
             CoVec3 at = i % 2 ? a : co_lerp3(a, b, random_float(&random, 0.0f, 1.0f));
             ray_set(&rays, i, org, co_sub(at, org));
         }
-        CoHitBatch hits = trace(&mesh, &rays, NULL);
+        CoHitBatch hits = trace_placed(&mesh, &rays, NULL);
         for (size_t i = 0; i < COUNT_OF_RAYS; i++)
             assert_true(hits.tri[i] < mesh.tri_count && !tri_collapses(&mesh, hits.tri[i]));
         hits_free(&hits);
@@ -193,7 +130,7 @@ static void flat_and_far_boxes_hold(void **state)
             rays.org_y[i] = rays.org_y[i] * scales[k] + offsets[k];
             rays.org_z[i] = rays.org_z[i] * scales[k] + offsets[k];
         }
-        CoHitBatch want = trace(&loose.mesh, &rays, NULL), got = trace(&mesh, &rays, NULL);
+        CoHitBatch want = trace_placed(&loose.mesh, &rays, NULL), got = trace_placed(&mesh, &rays, NULL);
         assert_true(same_bits(want.t, got.t, 2000) && same_bits(want.tri, got.tri, 2000));
         hits_free(&want);
         hits_free(&got);
