@@ -10,8 +10,6 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 
 #include <cmocka.h>
 
@@ -57,8 +55,9 @@ static bool run_pass(CohortDelegate *delegate, CohortRenderIndex *index, CohortA
     return true;
 }
 
-static Outcome render(int64_t memory)
+static void render(const void *context, void *result)
 {
+    const int64_t memory = *(const int64_t *)context;
     Outcome out = {0};
     CohortError err = {0};
     CohortDelegate *delegate = cohort_delegate_create(&err);
@@ -72,30 +71,17 @@ static Outcome render(int64_t memory)
     memcpy(out.message, err.message, sizeof out.message);
     cohort_adapter_destroy(adapter);
     cohort_delegate_destroy(delegate);
-    return out;
+    memcpy(result, &out, sizeof out);
 }
 
 // In a child, for its peak is its own; `folder`: the cgroup it enters, or NULL.
 static Outcome render_in_child(int64_t memory, const char *folder)
 {
-    int ends[2], status = 0;
     Outcome out = {0};
-    assert_int_equal(pipe(ends), 0);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        if (folder && !test_cgroup_enter(folder))
-            _exit(2);
-        out = render(memory);
-        _exit(write(ends[1], &out, sizeof out) == (ssize_t)sizeof out ? 0 : 1);
-    }
-    close(ends[1]);
-    ssize_t got = read(ends[0], &out, sizeof out);
-    close(ends[0]);
-    struct rusage usage = {0};
-    assert_int_equal(wait4(child, &status, 0, &usage), child);
-    out.is_done = out.is_done && got == (ssize_t)sizeof out && WIFEXITED(status);
-    out.peak_bytes = (size_t)usage.ru_maxrss * 1024;
+    size_t peak = 0;
+    bool is_sound = test_in_child(folder, render, &memory, &out, sizeof out, &peak);
+    out.is_done = out.is_done && is_sound;
+    out.peak_bytes = peak;
     return out;
 }
 

@@ -24,21 +24,14 @@ static uint32_t make_cube(CohortScene *scene, CohortScheme scheme, uint32_t leve
     for (int k = 0; k < 24; k++)
         corners[k] = k % 4;
     CohortPrimvarDesc primvar = {"st", COHORT_INTERPOLATION_FACE_VARYING, 2, st, 4, corners, 24};
-    CohortMeshDesc desc = {.path = "/cube",
-                           .scheme = scheme,
-                           .level = level,
-                           .edge_levels = edge_levels,
-                           .points = test_box_points,
-                           .point_count = 8,
-                           .face_vertex_counts = counts,
-                           .face_count = 6,
-                           .face_vertex_indices = test_box_indices,
-                           .face_vertex_index_count = 24,
-                           .primvars = &primvar,
-                           .primvar_count = 1,
-                           .material = material};
-    uint32_t id = cohort_scene_new_object(scene, err);
-    TEST_OK(cohort_scene_set_mesh(scene, id, &desc, err), err);
+    CohortMeshDesc desc = test_cage(test_box_points, 8, counts, 6, test_box_indices, 24);
+    desc.scheme = scheme;
+    desc.level = level;
+    desc.edge_levels = edge_levels;
+    desc.primvars = &primvar;
+    desc.primvar_count = 1;
+    desc.material = material;
+    uint32_t id = test_mesh(scene, &desc, err);
     CohortInstanceDesc place = test_place(id, 0, 0, 0, 2.0);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, err), err);
     return id;
@@ -213,14 +206,10 @@ static void faces_a_file_lacks_stay(void **state)
         indices[k] = test_box_indices[k % 24] + 8 * (k / 24);
         points[k] = test_box_points[k % 24] + (k / 24 && k % 3 == 0 ? 4.0f : 0.0f);
     }
-    CohortMeshDesc desc = {.path = "/cubes",
-                           .level = 2,
-                           .points = points,
-                           .point_count = 16,
-                           .face_vertex_counts = counts,
-                           .face_count = 12,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 48};
+    CohortMeshDesc desc = test_cage(points, 16, counts, 12, indices, 48);
+    desc.scheme = COHORT_SCHEME_CATMULL_CLARK;
+    desc.level = 2;
+    desc.material = 0; // displaces
     TEST_OK(cohort_scene_set_mesh(scene, CUBE, &desc, &err), &err);
     CohortSceneCounts counted = commit(scene, &err);
     assert_int_equal(remove(path), 0);

@@ -2,8 +2,6 @@
 
 #include "support/scenes.h"
 
-static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-static const int32_t indices[] = {0, 1, 2, 3}, counts[] = {4};
 static const float red[3] = {1, 0, 0}, blue[3] = {0, 0, 1}, white[3] = {1, 1, 1};
 
 // A quad with a color or none, and an opacity below 1 or none.
@@ -17,20 +15,10 @@ static uint32_t make_quad(CohortScene *scene, const float *color, float opacity,
     if (opacity < 1.0f)
         primvars[count++] = (CohortPrimvarDesc){
             .name = "displayOpacity", .components = 1, .values = &opacity, .value_count = 1};
-    CohortMeshDesc desc = {.path = "/quad",
-                           .scheme = COHORT_SCHEME_NONE,
-                           .points = points,
-                           .point_count = 4,
-                           .face_vertex_counts = counts,
-                           .face_count = 1,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 4,
-                           .primvars = primvars,
-                           .primvar_count = count,
-                           .material = COHORT_INVALID_ID};
-    uint32_t id = cohort_scene_new_object(scene, err);
-    TEST_OK(cohort_scene_set_mesh(scene, id, &desc, err), err);
-    return id;
+    CohortMeshDesc desc = test_square(NULL);
+    desc.primvars = primvars;
+    desc.primvar_count = count;
+    return test_mesh(scene, &desc, err);
 }
 
 // The mean of what a camera at height 2 sees of the scene, but for the lights.

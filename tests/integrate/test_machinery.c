@@ -1,13 +1,9 @@
 // The sorted, deferred machinery is real: full batches wait on a stack, rays go to disk and come
 // back, groups share node fetches, and no ray is lost.
 
+#include "base/hash.h"
 #include "support/cgroup.h"
 #include "support/scenes.h"
-
-#include "base/hash.h"
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 // A closed room with a box in it; every surface shines.
 static CohortScene *room(CohortError *err)
@@ -75,50 +71,24 @@ static void groups_share_node_fetches(void **state)
 
 typedef struct Outcome {
     uint64_t hash, bytes_read;
-    bool is_done;
 } Outcome;
 
 enum { LIMIT_BYTES = 28 << 20 };
 
 // 8192 camera rays, and 140 more from where each of them hits: 41 MB of rays in flight.
-static Outcome render_much(void)
+static void render_much(const void *context, void *out)
 {
+    (void)context;
     CohortError err = {0};
     CohortScene *scene = room(&err);
     CohortRenderSettings settings = {.width = 128, .height = 64, .spp = 1, .max_depth = 2,
                                      .first_hit_samples = 140, .batch = 1u << 13, .threads = 2};
     CohortRenderStats stats;
     float *pixels = test_render(scene, &settings, &stats, &err);
-    Outcome outcome = {co_hash_bytes(pixels, 128 * 64 * 4 * sizeof *pixels, 0), stats.bytes_read,
-                       true};
+    *(Outcome *)out =
+        (Outcome){co_hash_bytes(pixels, 128 * 64 * 4 * sizeof *pixels, 0), stats.bytes_read};
     free(pixels);
     cohort_scene_destroy(scene);
-    return outcome;
-}
-
-// Renders in a child, which first enters the memory cgroup `folder`, NULL: none. The parent never
-// renders: its threads would not survive a fork.
-static Outcome render_in_child(const char *folder)
-{
-    int ends[2];
-    Outcome outcome = {0};
-    assert_int_equal(pipe(ends), 0);
-    pid_t child = fork();
-    assert_true(child >= 0);
-    if (child == 0) {
-        if (folder && !test_cgroup_enter(folder))
-            _exit(2);
-        outcome = render_much();
-        _exit(write(ends[1], &outcome, sizeof outcome) == (ssize_t)sizeof outcome ? 0 : 1);
-    }
-    close(ends[1]);
-    ssize_t got = read(ends[0], &outcome, sizeof outcome);
-    close(ends[0]);
-    int status = 0;
-    waitpid(child, &status, 0);
-    if (got != (ssize_t)sizeof outcome || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        outcome.is_done = false;
-    return outcome;
 }
 
 static void rays_that_do_not_fit_go_to_disk_and_back(void **state)
@@ -127,11 +97,11 @@ static void rays_that_do_not_fit_go_to_disk_and_back(void **state)
     char folder[600];
     if (!test_cgroup_make(folder, sizeof folder, LIMIT_BYTES))
         skip();
-    Outcome free_run = render_in_child(NULL);
-    Outcome tight = render_in_child(folder);
+    Outcome free_run = {0}, tight = {0};
+    bool is_done = test_in_child(NULL, render_much, NULL, &free_run, sizeof free_run, NULL) &&
+                   test_in_child(folder, render_much, NULL, &tight, sizeof tight, NULL);
     test_cgroup_remove(folder);
-    assert_true(free_run.is_done);
-    assert_true(tight.is_done);
+    assert_true(is_done);
     assert_true(tight.bytes_read > 0);
     assert_int_equal(tight.hash, free_run.hash);
 }

@@ -24,19 +24,11 @@ static Wall make_wall(double x, uint32_t subset_count)
         moved[i] = points[i] + (i % 3 == 0 ? (float)x : 0.0f);
     static const int32_t counts[] = {4, 4}, right[] = {1};
     CohortSubsetDesc subset = {right, 1, wall.glow[1]};
-    CohortMeshDesc desc = {.path = "/wall",
-                           .scheme = COHORT_SCHEME_NONE,
-                           .points = moved,
-                           .point_count = 6,
-                           .face_vertex_counts = counts,
-                           .face_count = 2,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 8,
-                           .subsets = subset_count ? &subset : NULL,
-                           .subset_count = subset_count,
-                           .material = wall.glow[0]};
-    wall.object = cohort_scene_new_object(wall.scene, &err);
-    TEST_OK(cohort_scene_set_mesh(wall.scene, wall.object, &desc, &err), &err);
+    CohortMeshDesc desc = test_cage(moved, 6, counts, 2, indices, 8);
+    desc.subsets = subset_count ? &subset : NULL;
+    desc.subset_count = subset_count;
+    desc.material = wall.glow[0];
+    wall.object = test_mesh(wall.scene, &desc, &err);
     CohortInstanceDesc place = test_place(wall.object, -x, 0, 0, 1);
     TEST_OK(cohort_scene_set_group(wall.scene, 0, &place, 1, &err), &err);
     CohortCameraDesc camera = {.window = {-1, 1, -1, 1}, .clip_near = 0.1, .clip_far = 10};
@@ -107,16 +99,9 @@ static void out_of_memory_leaves_an_empty_object(void **state)
     uint32_t object = cohort_scene_new_object(scene, &err);
     static const int32_t counts[] = {4, 4}, right[] = {1};
     CohortSubsetDesc subset = {right, 1, 0};
-    CohortMeshDesc desc = {.path = "/wall",
-                           .scheme = COHORT_SCHEME_NONE,
-                           .points = points,
-                           .point_count = 6,
-                           .face_vertex_counts = counts,
-                           .face_count = 2,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 8,
-                           .subsets = &subset,
-                           .subset_count = 1};
+    CohortMeshDesc desc = test_cage(points, 6, counts, 2, indices, 8);
+    desc.subsets = &subset;
+    desc.subset_count = 1;
     bool is_made = false;
     for (uint64_t n = 1; n < 64 && !is_made; n++) {
         CohortError failure = {0};

@@ -37,15 +37,10 @@ static void set_sheet(CohortScene *scene, uint32_t object, CohortScheme scheme, 
     static Sheet sheet;
     CohortError err = {0};
     fill_sheet(&sheet, bulge);
-    CohortMeshDesc desc = {.path = "/sheet",
-                           .scheme = scheme,
-                           .points = sheet.points,
-                           .point_count = POINTS,
-                           .face_vertex_counts = sheet.counts,
-                           .face_count = faces,
-                           .face_vertex_indices = sheet.indices,
-                           .face_vertex_index_count = 4 * faces,
-                           .material = test_matte(scene, 0.0f, 0.5f, &err)};
+    CohortMeshDesc desc =
+        test_cage(sheet.points, POINTS, sheet.counts, faces, sheet.indices, 4 * faces);
+    desc.scheme = scheme;
+    desc.material = test_matte(scene, 0.0f, 0.5f, &err);
     TEST_OK(cohort_scene_set_mesh(scene, object, &desc, &err), &err);
 }
 

@@ -8,27 +8,12 @@
 
 #include <math.h>
 
-static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-static const int32_t indices[] = {0, 1, 2, 3}, counts[] = {4};
-
-static CohortMeshDesc quad_desc(const float *at)
-{
-    return (CohortMeshDesc){.path = "/quad",
-                            .scheme = COHORT_SCHEME_NONE,
-                            .points = at,
-                            .point_count = 4,
-                            .face_vertex_counts = counts,
-                            .face_count = 1,
-                            .face_vertex_indices = indices,
-                            .face_vertex_index_count = 4};
-}
-
 static void ids_out_of_range_are_refused(void **state)
 {
     (void)state;
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
-    CohortMeshDesc quad = quad_desc(points);
+    CohortMeshDesc quad = test_square(NULL);
     CohortLightDesc light = cohort_light_default(COHORT_LIGHT_DISK);
     CohortInstanceDesc place = test_place(7, 0, 0, 0, 1);
     const uint32_t material = 0;
@@ -81,18 +66,18 @@ static void far_points_keep_their_bits(void **state)
     CohortScene *scene = test_scene(&err);
     float far[12];
     for (int i = 0; i < 12; i++)
-        far[i] = points[i] + (i % 3 == 0 ? 1e5f : 0.0f);
+        far[i] = test_square_points[i] + (i % 3 == 0 ? 1e5f : 0.0f);
     const float one[12] = {5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5};
-    const float *const sets[] = {points, far, one};
+    const float *const sets[] = {test_square_points, far, one};
     for (int k = 0; k < 3; k++) {
-        CohortMeshDesc desc = quad_desc(sets[k]);
+        CohortMeshDesc desc = test_square(sets[k]);
         uint32_t object = cohort_scene_new_object(scene, &err);
         TEST_OK(cohort_scene_set_mesh(scene, object, &desc, &err), &err);
         const CoSceneObject *o = &scene->objects[object];
         assert_true(k == 1 ? o->origin[0] == 1e5 : o->origin[0] == 0.0);
         assert_true(o->origin[1] == 0.0 && o->origin[2] == 0.0);
         for (int i = 0; k == 1 && i < 12; i++)
-            assert_true(o->mesh.points[i] == points[i]);
+            assert_true(o->mesh.points[i] == test_square_points[i]);
     }
     cohort_scene_destroy(scene);
 }
@@ -103,15 +88,15 @@ static void a_failed_mesh_is_empty(void **state)
     (void)state;
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
-    CohortMeshDesc desc = quad_desc(points);
+    CohortMeshDesc desc = test_square(NULL);
     uint32_t object = cohort_scene_new_object(scene, &err);
     TEST_OK(cohort_scene_set_mesh(scene, object, &desc, &err), &err);
     const int32_t odd[] = {0, 1, 2, 9};
     desc.face_vertex_indices = odd;
     assert_false(cohort_scene_set_mesh(scene, object, &desc, &err));
     assert_int_equal(scene->objects[object].kind, CO_OBJECT_EMPTY);
-    assert_non_null(strstr(err.prim_path[0] ? err.prim_path : err.message, "/quad"));
-    desc = quad_desc(points);
+    assert_non_null(strstr(err.prim_path[0] ? err.prim_path : err.message, "/mesh"));
+    desc = test_square(NULL);
     desc.subset_count = 1; // whose array is missing
     err = (CohortError){0};
     assert_false(cohort_scene_set_mesh(scene, object, &desc, &err));

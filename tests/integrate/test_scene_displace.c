@@ -7,8 +7,6 @@
 // A level-1 quad from -1 to 1 that faces +Z, with a primvar of heights.
 static CohortScene *make_scene(const CohortInput *displacement, uint32_t *object, CohortError *err)
 {
-    static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-    static const int32_t counts[] = {4}, indices[] = {0, 1, 2, 3};
     static const float heights[] = {0.0f, 0.25f, 1.0f, -0.5f};
     CohortScene *scene = test_scene(err);
     CohortMaterialDesc material = cohort_material_default();
@@ -20,20 +18,13 @@ static CohortScene *make_scene(const CohortInput *displacement, uint32_t *object
                                  .components = 1,
                                  .values = heights,
                                  .value_count = 4};
-    CohortMeshDesc desc = {.path = "/quad",
-                           .scheme = COHORT_SCHEME_BILINEAR,
-                           .level = 1,
-                           .points = points,
-                           .point_count = 4,
-                           .face_vertex_counts = counts,
-                           .face_count = 1,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 4,
-                           .primvars = &primvar,
-                           .primvar_count = 1,
-                           .material = id};
-    *object = cohort_scene_new_object(scene, err);
-    TEST_OK(cohort_scene_set_mesh(scene, *object, &desc, err), err);
+    CohortMeshDesc desc = test_square(NULL);
+    desc.scheme = COHORT_SCHEME_BILINEAR;
+    desc.level = 1;
+    desc.primvars = &primvar;
+    desc.primvar_count = 1;
+    desc.material = id;
+    *object = test_mesh(scene, &desc, err);
     CohortInstanceDesc place = test_place(*object, 0, 0, 0, 1);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, err), err);
     test_camera(scene, 0, 0, 5, 0.1, err);
@@ -49,6 +40,14 @@ static void assert_heights(const CohortScene *scene, double lo, double hi)
     assert_true(fabs(box[0] + 1.0) < 1e-5 && fabs(box[4] - 1.0) < 1e-5); // along the normal alone
 }
 
+static void assert_counts(const CohortScene *scene, uint64_t meshes, uint64_t points)
+{
+    CohortSceneCounts counts;
+    cohort_scene_counts(scene, &counts);
+    assert_int_equal(counts.displaced_meshes, meshes);
+    assert_int_equal(counts.displaced_points, points);
+}
+
 static void a_constant_moves_all(void **state)
 {
     (void)state;
@@ -57,10 +56,7 @@ static void a_constant_moves_all(void **state)
     CohortInput half = {.value = {0.5f}};
     CohortScene *scene = make_scene(&half, &object, &err);
     assert_heights(scene, 0.5, 0.5);
-    CohortSceneCounts counts;
-    cohort_scene_counts(scene, &counts);
-    assert_int_equal(counts.displaced_meshes, 1);
-    assert_int_equal(counts.displaced_points, 9);
+    assert_counts(scene, 1, 9);
     cohort_scene_destroy(scene);
 }
 
@@ -87,9 +83,7 @@ static void nothing_moves_nothing(void **state)
     CohortInput zero = {.value = {0}};
     CohortScene *scene = make_scene(&zero, &object, &err);
     assert_heights(scene, 0.0, 0.0);
-    CohortSceneCounts counts;
-    cohort_scene_counts(scene, &counts);
-    assert_int_equal(counts.displaced_meshes, 0);
+    assert_counts(scene, 0, 0);
     cohort_scene_destroy(scene);
 }
 
@@ -105,9 +99,7 @@ static void points_are_moved_once(void **state)
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
     assert_heights(scene, 1.5, 1.5);
-    CohortSceneCounts counts;
-    cohort_scene_counts(scene, &counts);
-    assert_int_equal(counts.displaced_meshes, 1);
+    assert_counts(scene, 1, 9);
     cohort_scene_destroy(scene);
 }
 

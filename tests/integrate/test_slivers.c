@@ -2,11 +2,9 @@
 // what lies behind it, the triangle it leaves and the strips beside it least of all, none that goes
 // in gets out, and the step off the surface stays small against the width.
 
-#include "support/rays.h"
-#include "support/scenes.h"
-
 #include "integrate/scene_data.h"
-#include "integrate/vertex.h"
+#include "support/scenes.h"
+#include "vertex_support.h"
 
 #include <math.h>
 
@@ -78,17 +76,9 @@ static CohortScene *make_scene(const Bar *bar, CohortError *err)
     for (int i = 0; i < FACES; i++)
         counts[i] = 3;
     CohortScene *scene = test_scene(err);
-    CohortMeshDesc desc = {.path = "/bar",
-                           .scheme = COHORT_SCHEME_NONE,
-                           .points = points[0],
-                           .point_count = POINTS,
-                           .face_vertex_counts = counts,
-                           .face_count = FACES,
-                           .face_vertex_indices = indices[0],
-                           .face_vertex_index_count = 3 * FACES,
-                           .material = test_matte(scene, 0.5f, 0.0f, err)};
-    uint32_t id = cohort_scene_new_object(scene, err);
-    TEST_OK(cohort_scene_set_mesh(scene, id, &desc, err), err);
+    CohortMeshDesc desc = test_cage(points[0], POINTS, counts, FACES, indices[0], 3 * FACES);
+    desc.material = test_matte(scene, 0.5f, 0.0f, err);
+    uint32_t id = test_mesh(scene, &desc, err);
     CohortInstanceDesc place = test_place(id, 0, 0, 0, 1);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, err), err);
     test_camera(scene, 0, 0, 0, 1.0, err);
@@ -171,19 +161,11 @@ static void leave(const CohortScene *scene, Random *random, const CoRayBatch *ra
             ray_set(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
             continue;
         }
-        CoHitRecord record = {
-            .tri = hits->tri[i], .u = hits->u[i], .v = hits->v[i], .t = hits->t[i]};
-        CoRay ray = {0};
-        record.dir = ray_dir(rays, i);
-        CoVertex vertex = {0};
-        co_vertex_make(scene, &memo, &record, &ray, &vertex);
+        CoVertex vertex = vertex_of_hit(scene, &memo, rays, hits, i);
         // The bar is met from outside.
         CoVec3 normal = co_scale(vertex.ng, side);
-        CoVec3 org = co_vertex_origin(&vertex, normal), dir = random_direction(random);
-        if (i % 3 == 0) // grazing
-            dir = co_normalize(co_madd(dir, normal, -co_dot(dir, normal) * 0.999f));
-        if (co_dot(dir, normal) < 0.0f)
-            dir = co_neg(dir);
+        CoVec3 org = co_vertex_origin(&vertex, normal);
+        CoVec3 dir = direction_above(random, normal, i % 3 == 0 ? 0.999f : 0.0f);
         counts->left++;
         counts->farthest = fmax(counts->farthest, (double)co_length(co_sub(org, vertex.p)));
         ray_set(&next, i, org, dir);

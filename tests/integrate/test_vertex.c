@@ -1,11 +1,9 @@
 // Where rays leave a surface: whatever the transforms, a ray that leaves a convex body never meets
 // it again, one that goes in always does, and the step off the surface stays small.
 
-#include "support/rays.h"
-#include "support/scenes.h"
-
 #include "integrate/scene_data.h"
-#include "integrate/vertex.h"
+#include "support/scenes.h"
+#include "vertex_support.h"
 
 #include <math.h>
 
@@ -91,20 +89,12 @@ static size_t leave(const CohortScene *scene, Random *random, const CoRayBatch *
             ray_set(&next, i, co_vec3(0, 0, 0), co_vec3(NAN, 0, 0));
             continue;
         }
-        CoHitRecord record = {
-            .tri = hits->tri[i], .u = hits->u[i], .v = hits->v[i], .t = hits->t[i]};
-        CoRay ray = {0};
-        record.dir = ray_dir(rays, i);
-        CoVertex vertex = {0};
-        co_vertex_make(scene, &memo, &record, &ray, &vertex);
+        CoVertex vertex = vertex_of_hit(scene, &memo, rays, hits, i);
         // The side that the ray came from is outside.
         CoVec3 out = co_dot(vertex.ng, vertex.wo) > 0.0f ? vertex.ng : co_neg(vertex.ng);
         CoVec3 normal = co_scale(out, side);
-        CoVec3 org = co_vertex_origin(&vertex, normal), dir = random_direction(random);
-        if (i % 3 == 0) // grazing
-            dir = co_normalize(co_madd(dir, normal, -co_dot(dir, normal) * 0.99999f));
-        if (co_dot(dir, normal) < 0.0f)
-            dir = co_neg(dir);
+        CoVec3 org = co_vertex_origin(&vertex, normal);
+        CoVec3 dir = direction_above(random, normal, i % 3 == 0 ? 0.99999f : 0.0f);
         *farthest = fmaxf(*farthest, co_length(co_sub(org, vertex.p)));
         ray_set(&next, i, org, dir);
     }

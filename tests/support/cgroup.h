@@ -1,4 +1,5 @@
-// A memory cgroup (version 1) of a test's own, where the system lets one be made.
+// A memory cgroup (version 1) of a test's own, where the system lets one be made, and a child in
+// it.
 
 #ifndef TEST_SUPPORT_CGROUP_H
 #define TEST_SUPPORT_CGROUP_H
@@ -6,7 +7,9 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 static inline bool test_write_number(const char *folder, const char *file, long long number)
@@ -55,6 +58,34 @@ static inline void test_cgroup_remove(const char *folder)
 {
     for (int i = 0; i < 50 && rmdir(folder) != 0; i++)
         usleep(20000);
+}
+
+// Does some work in a child, whose peak of memory is its own: `work` fills `size` bytes at `out`,
+// which come back. folder: of a cgroup that the child enters first, NULL: none. peak_bytes: most
+// that was resident; may be NULL. False when the child did not end well. The parent must have
+// started no threads: they do not survive a fork.
+static inline bool test_in_child(const char *folder, void (*work)(const void *context, void *out),
+                                 const void *context, void *out, size_t size, size_t *peak_bytes)
+{
+    int ends[2], status = 0;
+    struct rusage usage = {0};
+    if (pipe(ends) != 0)
+        return false;
+    pid_t child = fork();
+    if (child == 0) {
+        if (folder && !test_cgroup_enter(folder))
+            _exit(2);
+        work(context, out);
+        _exit(write(ends[1], out, size) == (ssize_t)size ? 0 : 1);
+    }
+    close(ends[1]);
+    bool is_whole = child > 0 && read(ends[0], out, size) == (ssize_t)size;
+    close(ends[0]);
+    if (child < 0 || wait4(child, &status, 0, &usage) != child)
+        return false;
+    if (peak_bytes)
+        *peak_bytes = (size_t)usage.ru_maxrss * 1024;
+    return is_whole && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 #endif

@@ -6,9 +6,9 @@
 #include "cohort/render.h"
 #include "cohort/scene.h"
 
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <setjmp.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,7 +36,8 @@ static inline CohortScene *test_scene(CohortError *err)
 }
 
 // A Lambertian material that emits.
-static inline uint32_t test_matte(CohortScene *scene, float albedo, float emission, CohortError *err)
+static inline uint32_t test_matte(CohortScene *scene, float albedo, float emission,
+                                  CohortError *err)
 {
     CohortMaterialDesc desc = cohort_material_default();
     for (int i = 0; i < 3; i++) {
@@ -49,6 +50,38 @@ static inline uint32_t test_matte(CohortScene *scene, float albedo, float emissi
     return id;
 }
 
+// A cage of polygons, all else as it is when nobody says more.
+static inline CohortMeshDesc test_cage(const float *points, size_t point_count,
+                                       const int32_t *counts, size_t face_count,
+                                       const int32_t *indices, size_t index_count)
+{
+    return (CohortMeshDesc){.path = "/mesh",
+                            .scheme = COHORT_SCHEME_NONE,
+                            .points = points,
+                            .point_count = point_count,
+                            .face_vertex_counts = counts,
+                            .face_count = face_count,
+                            .face_vertex_indices = indices,
+                            .face_vertex_index_count = index_count,
+                            .material = COHORT_INVALID_ID};
+}
+
+// A square from -1 to 1 that faces +Z, of these points or its own.
+static const float test_square_points[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+
+static inline CohortMeshDesc test_square(const float *points)
+{
+    static const int32_t counts[] = {4}, indices[] = {0, 1, 2, 3};
+    return test_cage(points ? points : test_square_points, 4, counts, 1, indices, 4);
+}
+
+static inline uint32_t test_mesh(CohortScene *scene, const CohortMeshDesc *desc, CohortError *err)
+{
+    uint32_t id = cohort_scene_new_object(scene, err);
+    TEST_OK(cohort_scene_set_mesh(scene, id, desc, err), err);
+    return id;
+}
+
 // A polygon mesh of quads with one constant displayColor.
 static inline uint32_t test_quads(CohortScene *scene, const float *points, size_t point_count,
                                   const int32_t *indices, size_t quad_count, const float color[3],
@@ -57,21 +90,14 @@ static inline uint32_t test_quads(CohortScene *scene, const float *points, size_
     int32_t *counts = malloc(quad_count * sizeof *counts);
     for (size_t i = 0; i < quad_count; i++)
         counts[i] = 4;
-    CohortPrimvarDesc display = {.name = "displayColor", .components = 3, .values = color,
-                                 .value_count = 1};
-    CohortMeshDesc desc = {.path = "/quads",
-                           .scheme = COHORT_SCHEME_NONE,
-                           .points = points,
-                           .point_count = point_count,
-                           .face_vertex_counts = counts,
-                           .face_count = quad_count,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = quad_count * 4,
-                           .primvars = &display,
-                           .primvar_count = color ? 1 : 0,
-                           .material = material};
-    uint32_t id = cohort_scene_new_object(scene, err);
-    TEST_OK(cohort_scene_set_mesh(scene, id, &desc, err), err);
+    CohortPrimvarDesc display = {
+        .name = "displayColor", .components = 3, .values = color, .value_count = 1};
+    CohortMeshDesc desc =
+        test_cage(points, point_count, counts, quad_count, indices, 4 * quad_count);
+    desc.primvars = &display;
+    desc.primvar_count = color ? 1 : 0;
+    desc.material = material;
+    uint32_t id = test_mesh(scene, &desc, err);
     free(counts);
     return id;
 }
@@ -99,9 +125,8 @@ static inline CohortInstanceDesc test_place(uint32_t object, double x, double y,
 static inline void test_camera(CohortScene *scene, double x, double y, double z, double tangent,
                                CohortError *err)
 {
-    CohortCameraDesc desc = {.window = {-tangent, tangent, -tangent, tangent},
-                             .clip_near = 1e-4,
-                             .clip_far = 1e6};
+    CohortCameraDesc desc = {
+        .window = {-tangent, tangent, -tangent, tangent}, .clip_near = 1e-4, .clip_far = 1e6};
     test_identity(desc.transform);
     desc.transform[3][0] = x;
     desc.transform[3][1] = y;
@@ -130,13 +155,13 @@ static inline float *test_render(const CohortScene *scene, const CohortRenderSet
 static inline void test_wall(CohortScene *scene, CohortInstanceDesc *place, double half, double z,
                              uint32_t material, CohortError *err)
 {
-    static const float points[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
-    static const int32_t indices[] = {0, 1, 2, 3};
-    uint32_t wall = test_quads(scene, points, 4, indices, 1, NULL, material, err);
-    *place = test_place(wall, 0, 0, z, half);
+    CohortMeshDesc desc = test_square(NULL);
+    desc.material = material;
+    *place = test_place(test_mesh(scene, &desc, err), 0, 0, z, half);
 }
 
-static inline uint32_t test_light(CohortScene *scene, const CohortLightDesc *light, CohortError *err)
+static inline uint32_t test_light(CohortScene *scene, const CohortLightDesc *light,
+                                  CohortError *err)
 {
     uint32_t id = cohort_scene_new_light(scene, err);
     TEST_OK(cohort_scene_set_light(scene, id, light, err), err);
