@@ -147,14 +147,15 @@ uint32_t co_walk_add_prototype(CoWalk *walk, const CoPrototype *prototype, const
     return number;
 }
 
-// Whether a prototype's root is to be walked where the walk is: not within itself.
-static bool may_enter(CoWalk *walk, CoPlace place, const CohortPrim *root)
+// Whether a prototype's root is to be walked where the walk is: not within itself. What an instancer places may
+// be a native instance, and the first of its kind: its root then stands for two prototypes, one in the other.
+static bool may_enter(CoWalk *walk, CoPlace place, const CohortPrim *root, bool is_native)
 {
     const char *why = NULL;
     if (walk->open && walk->open->depth == MAX_NESTED_PROTOTYPES)
         why = "prototypes nested too deep: not drawn";
     for (const CoOpen *open = walk->open; open && !why; open = open->outer)
-        if (open->root == root)
+        if (open->root == root && open->is_native == is_native)
             why = "a prototype within itself: not drawn";
     if (why)
         co_adapter_report(walk->adapter, place.prim, "instancing", cohort_prim_path(root), why);
@@ -166,7 +167,7 @@ static bool walk_prototype(CoWalk *walk, uint32_t number, uint32_t purpose)
 {
     const CoPrototype prototype = walk->adapter->prototypes[number];
     const CoOpen *outer = walk->open;
-    const CoOpen open = {outer, prototype.root, outer ? outer->depth + 1 : 1};
+    const CoOpen open = {outer, prototype.root, outer ? outer->depth + 1 : 1, prototype.is_native};
     bool ok = true;
     walk->open = &open;
     if (!prototype.is_native)
@@ -252,7 +253,7 @@ static bool ensure_instances_record(CoWalk *walk, uint32_t within)
 static bool add_native_instance(CoWalk *walk, CoPlace place, uint32_t purpose)
 {
     CohortAdapter *a = walk->adapter;
-    if (!may_enter(walk, place, cohort_prim_prototype(place.prim)))
+    if (!may_enter(walk, place, cohort_prim_prototype(place.prim), true))
         return true;
     CoPlacement placement = {.prim = place.prim, .within = place.prototype};
     placement.prototype = native_prototype(walk, place, purpose);
@@ -287,7 +288,7 @@ static uint32_t point_prototype(CoWalk *walk, CoPlace place, const char *path, u
                           "no such prim: its instances are left out");
         return COHORT_INVALID_ID;
     }
-    if (!may_enter(walk, place, target))
+    if (!may_enter(walk, place, target, false))
         return COHORT_INVALID_ID;
     char key[96];
     CoPrototype prototype = {.root = target, .outer = home_of(a, target, place.prototype)};

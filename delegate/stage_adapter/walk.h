@@ -10,6 +10,7 @@ typedef struct CoOpen {
     const struct CoOpen *outer; // NULL: the world
     const CohortPrim *root;
     uint32_t depth;
+    bool is_native; // its root's children, not the root itself
 } CoOpen;
 
 typedef struct CoWalk {

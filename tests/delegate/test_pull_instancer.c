@@ -121,6 +121,18 @@ static void test_circles_of_prototypes_end(void **state)
     assert_true(fake.set_mesh_calls < 8);
 }
 
+// A prototype that is a native instance, the first of its kind, is no circle.
+static void test_a_native_instance_is_a_prototype(void **state)
+{
+    (void)state;
+    open_stage("class Xform 'C' { def Mesh 'M' { $triangle } }"
+               "def PointInstancer 'I' { rel prototypes = </I/P>; int[] protoIndices = [0, 0];"
+               "  point3f[] positions = [(1,0,0), (2,0,0)];"
+               "  def Xform 'P' (instanceable = true; references = </C>) {} }");
+    assert_false(is_reported("/I/P", "instancing"));
+    assert_int_equal(fake.set_mesh_calls, 1);
+}
+
 static void test_instancers_without_sense_are_named(void **state)
 {
     (void)state;
@@ -229,6 +241,7 @@ int main(void)
         cmocka_unit_test_teardown(test_nested_point_instancers, close_stage),
         cmocka_unit_test_teardown(test_prototypes_are_shared_across_levels, close_stage),
         cmocka_unit_test_teardown(test_circles_of_prototypes_end, close_stage),
+        cmocka_unit_test_teardown(test_a_native_instance_is_a_prototype, close_stage),
         cmocka_unit_test_teardown(test_instancers_without_sense_are_named, close_stage),
         cmocka_unit_test_teardown(test_places_that_are_none, close_stage),
         cmocka_unit_test_teardown(test_arrays_of_other_lengths, close_stage),
