@@ -9,6 +9,11 @@
 
 #define TAG CO_MEMORY_ACCEL
 
+enum {
+    ALONE = 4096,  // prims that are one subtree
+    SHORT = 262144 // fewer take less time than waiting for a thread a few times
+};
+
 // Where the reference of a subtree stands.
 typedef struct Parent {
     uint32_t node, slot;
@@ -230,6 +235,11 @@ static void free_build(Build *build)
     co_prims_free(build->prims);
 }
 
+uint32_t co_build_threads(size_t count)
+{
+    return count <= ALONE ? 1 : count < SHORT ? co_worker_count_at_hand() : co_worker_count();
+}
+
 bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out, CohortError *err)
 {
     *out = (CoTreeParts){0};
@@ -238,7 +248,7 @@ bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out,
     bool is_done = true;
     if (prims->count) {
         size_t leaf = rule->flat > rule->most ? rule->flat : rule->most;
-        build.threads = prims->count < CO_BUILD_ALONE ? 1 : co_worker_count();
+        build.threads = co_build_threads(prims->count);
         is_done =
             (co_opening_make(prims, leaf, build.threads, &build.opening) && make_arrays(&build)) ||
             no_memory(&build);

@@ -48,11 +48,6 @@ typedef struct CoLeafRule {
                  // side by side, CO_NODE_WIDTH; else 0
 } CoLeafRule;
 
-// Fewer prims are built over by one thread: others would be waited for longer than they help.
-enum {
-    CO_BUILD_ALONE = 8192
-};
-
 // A tree and its leaves. There are CO_LEAF_TAIL bytes of zero behind the last leaf.
 typedef struct CoTreeParts {
     CoTree tree;
@@ -69,6 +64,10 @@ typedef struct CoPrimArray {
 // Builds a tree over fewer than 2^31 prims and frees them on the way, on failure too. On failure
 // *out is empty.
 bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out, CohortError *err);
+
+// How many threads build over so many prims: one where others would be waited for longer than they
+// help, which depends on what else the machine does.
+uint32_t co_build_threads(size_t count);
 void co_tree_parts_clear(CoTreeParts *parts);
 void co_tree_clear(CoTree *tree);
 void co_prims_free(CoPrimArray *prims);

@@ -218,7 +218,10 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         return NULL;
     }
     PrimFill fill = {mesh, prims.prims};
-    co_parallel_for(prims.count, mesh->patches ? 1024 : CO_BUILD_ALONE / 4, fill_prims, &fill);
+    size_t grain = mesh->patches ? 1024 : 16384;
+    if (grain < prims.count && co_build_threads(prims.count) == 1)
+        grain = prims.count;
+    co_parallel_for(prims.count, grain, fill_prims, &fill);
     CoTreeParts parts;
     if (!co_tree_build(&prims, &rule, &parts, err)) {
         co_bvh_destroy(bvh);

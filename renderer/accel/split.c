@@ -83,8 +83,8 @@ void co_bins_clear(CoBins *bins, uint32_t used)
     bins->used = used;
     for (int k = 0; k < 3; k++) {
         for (uint32_t b = 0; b < used; b++) {
-            bins->box[k][b] = co_box4_empty();
-            bins->count[k][b] = 0;
+            bins->of[k][b].box = co_box4_empty();
+            bins->of[k][b].count[0] = 0;
         }
     }
 }
@@ -102,8 +102,9 @@ static inline void fill_one(CoBins *bins, const Filling *filling, const CoBuildP
     int32_t at[4];
     co4_truncate(co4_min(co4_max(x, co4_set1(0.0f)), filling->last), at);
     for (int k = 0; k < 3; k++) {
-        co_box4_extend(&bins->box[k][at[k]], &box);
-        bins->count[k][at[k]]++;
+        CoBin *bin = &bins->of[k][(uint32_t)at[k]];
+        co_box4_extend(&bin->box, &box);
+        bin->count[0]++;
     }
 }
 
@@ -127,8 +128,8 @@ void co_bins_merge(CoBins *into, const CoBins *from)
 {
     for (int k = 0; k < 3; k++) {
         for (uint32_t b = 0; b < into->used; b++) {
-            co_box4_extend(&into->box[k][b], &from->box[k][b]);
-            into->count[k][b] += from->count[k][b];
+            co_box4_extend(&into->of[k][b].box, &from->of[k][b].box);
+            into->of[k][b].count[0] += from->of[k][b].count[0];
         }
     }
 }
@@ -167,7 +168,7 @@ typedef struct Cheapest {
 static void split_axis(const CoBins *bins, int axis, Co4 scale, Cheapest *best)
 {
     static const float steps[4] = {0.0f, 1.0f, 2.0f, 3.0f};
-    const CoBox4 *boxes = bins->box[axis];
+    const CoBin *mine = bins->of[axis];
     const Co4 none = co4_set1(INFINITY), zero = co4_set1(0.0f);
     const uint32_t used = bins->used;
     float left[CO_BIN_COUNT];
@@ -175,20 +176,20 @@ static void split_axis(const CoBins *bins, int axis, Co4 scale, Cheapest *best)
     CoBox4 four[4], box = co_box4_empty();
     uint32_t all = 0;
     for (uint32_t b = 0; b < used; b++) {
-        all += bins->count[axis][b];
+        all += mine[b].count[0];
         left[b] = (float)all;
     }
     for (uint32_t b = used; b > 0; b -= 4) {
         for (uint32_t i = 4; i-- > 0;) {
             four[i] = box;
-            co_box4_extend(&box, &boxes[b - 4 + i]);
+            co_box4_extend(&box, &mine[b - 4 + i].box);
         }
         right_areas[b / 4 - 1] = areas_of_four(four, scale);
     }
     box = co_box4_empty();
     for (uint32_t b = 0; b < used; b += 4) {
         for (uint32_t i = 0; i < 4; i++) {
-            co_box4_extend(&box, &boxes[b + i]);
+            co_box4_extend(&box, &mine[b + i].box);
             four[i] = box;
         }
         Co4 l = co4_load(left + b), r = co4_sub(co4_set1((float)all), l);
@@ -230,11 +231,11 @@ CoSplit co_split_choose(const CoBins *bins, const CoBinning *binning, const CoBo
     best.axis = (int)(place / CO_BIN_COUNT);
     CoBox4 left = co_box4_empty(), right = left;
     for (uint32_t b = 0; b <= bin; b++) {
-        co_box4_extend(&left, &bins->box[best.axis][b]);
-        best.left += bins->count[best.axis][b];
+        co_box4_extend(&left, &bins->of[best.axis][b].box);
+        best.left += bins->of[best.axis][b].count[0];
     }
     for (uint32_t b = bin + 1; b < bins->used; b++)
-        co_box4_extend(&right, &bins->box[best.axis][b]);
+        co_box4_extend(&right, &bins->of[best.axis][b].box);
     best.boxes[0] = left;
     best.boxes[1] = right;
     best.origin = binning->origin[best.axis];

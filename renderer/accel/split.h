@@ -38,9 +38,15 @@ typedef struct CoBox4 {
     Co4 lo, hi;
 } CoBox4;
 
+// What lies in a bin. A cache line, so that one shift finds all of it.
+typedef struct CoBin {
+    CoBox4 box;
+    uint32_t count[8]; // the first
+} CoBin;
+_Static_assert(sizeof(CoBin) == 64, "a cache line");
+
 typedef struct CoBins {
-    CoBox4 box[3][CO_BIN_COUNT];
-    uint32_t count[3][CO_BIN_COUNT];
+    CoBin of[3][CO_BIN_COUNT];
     uint32_t used; // bins of an axis, a multiple of 4
 } CoBins;
 

@@ -1,6 +1,7 @@
 #include "base/parallel.h"
 
 #include <omp.h>
+#include <stdio.h>
 
 // Each thread that starts parallel work has its own count, so that two renders of one process do
 // not disturb each other. 0: not chosen yet.
@@ -18,6 +19,24 @@ uint32_t co_worker_count(void)
     if (thread_count == 0)
         thread_count = omp_get_num_procs();
     return (uint32_t)thread_count;
+}
+
+// Of all processes; 0 where the system does not say.
+static unsigned running_threads(void)
+{
+    FILE *f = fopen("/proc/loadavg", "r");
+    unsigned running;
+    bool is_read = f && fscanf(f, "%*s %*s %*s %u", &running) == 1;
+    if (f)
+        fclose(f);
+    return is_read ? running : 0;
+}
+
+uint32_t co_worker_count_at_hand(void)
+{
+    uint32_t count = co_worker_count();
+    bool is_busy = count > 1 && running_threads() > (unsigned)omp_get_num_procs();
+    return is_busy ? 1 : count;
 }
 
 bool co_in_parallel(void)

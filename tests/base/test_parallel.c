@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -190,6 +191,47 @@ static void parallel_calls_know_that_they_are(void **state)
     co_worker_count_set(0);
 }
 
+typedef struct Crowd {
+    atomic_uint here;
+    atomic_bool is_over;
+} Crowd;
+
+static void *stand_around(void *context)
+{
+    Crowd *crowd = context;
+    atomic_fetch_add(&crowd->here, 1);
+    while (!atomic_load(&crowd->is_over))
+        ;
+    return NULL;
+}
+
+// More threads that want to run than there are processors leave none for short work.
+static void no_worker_is_at_hand_in_a_crowd(void **state)
+{
+    (void)state;
+    enum {
+        MOST = 256
+    };
+    static pthread_t threads[MOST];
+    static Crowd crowd;
+    co_worker_count_set(0);
+    uint32_t count = co_worker_count() + 1, at_hand = co_worker_count_at_hand();
+    assert_true(at_hand == 1 || at_hand == count - 1);
+    if (count > MOST || access("/proc/loadavg", R_OK) != 0)
+        skip();
+    for (uint32_t i = 0; i < count; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, stand_around, &crowd), 0);
+    while (atomic_load(&crowd.here) < count)
+        ;
+    at_hand = 0;
+    for (int i = 0; i < 1000 && at_hand != 1; i++)
+        at_hand = co_worker_count_at_hand();
+    assert_int_equal(at_hand, 1);
+    atomic_store(&crowd.is_over, true);
+    for (uint32_t i = 0; i < count; i++)
+        pthread_join(threads[i], NULL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -201,6 +243,7 @@ int main(void)
         cmocka_unit_test(calls_within_calls_end),
         cmocka_unit_test(few_blocks_have_few_workers),
         cmocka_unit_test(callers_do_not_disturb_each_other),
+        cmocka_unit_test(no_worker_is_at_hand_in_a_crowd),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
