@@ -93,6 +93,34 @@ static void instances_do_not_leak(void **state)
     mesh_free(&sphere);
 }
 
+// Instances within each other that scale one way each, by more together than any of them.
+static void scales_add_up(void **state)
+{
+    (void)state;
+    static const float scales[] = {1e10f, 1e14f, 1e-10f, 1e-17f};
+    CoRayBatch rays = rays_alloc(RAYS / 10);
+    CoHitBatch hits = hits_alloc(RAYS / 10);
+    for (size_t k = 0; k < sizeof scales / sizeof *scales; k++) {
+        const float scale = scales[k];
+        TestMesh sphere = mesh_sphere(12, 1.0f / scale / scale, co_vec3(0, 0, 0));
+        const CoMat4d placement = matrix(0.4, co_vec3(scale, scale, scale), co_vec3(0, 0, 0));
+        TestScene s = {0};
+        CoInstance inner = place(scene_add_mesh(&s, &sphere), placement);
+        CoInstance outer = place(scene_add_group(&s, &inner, 1), placement);
+        scene_add_group(&s, &outer, 1);
+        Random random = {k};
+        for (size_t i = 0; i < rays.count; i++)
+            ray_set(&rays, i, random_vec3(&random, -0.3f, 0.3f), random_direction(&random));
+        traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+        for (size_t i = 0; i < rays.count; i++)
+            assert_true(hits.t[i] > 0.4f && hits.t[i] < 2.0f);
+        scene_clear(&s);
+        mesh_free(&sphere);
+    }
+    rays_free(&rays);
+    hits_free(&hits);
+}
+
 // A box of n x n quads per side whose points all lie on the planes -1 and 1, seen along the axes.
 static void axis_parallel_rays_do_not_leak(void **state)
 {
@@ -186,6 +214,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shared_edges_do_not_leak),
         cmocka_unit_test(instances_do_not_leak),
+        cmocka_unit_test(scales_add_up),
         cmocka_unit_test(axis_parallel_rays_do_not_leak),
         cmocka_unit_test(degenerate_triangles_are_harmless),
     };

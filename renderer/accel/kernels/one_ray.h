@@ -21,6 +21,13 @@
 // coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
 #define CO_TRANSFORM_SLACK 0x1p-18f
 
+// Lengths of directions that transforms may make: those between hold slabs that are floats. Components
+// below 1e-18 of the largest, or that are nearly denormal, are taken as that: the padding keeps planes
+// far enough that such a ray still passes all boxes which it touches.
+#define CO_DIRECTION_LEAST 1e-29f
+#define CO_DIRECTION_MOST 1e37f
+#define CO_COMPONENT_LEAST 1e-37f
+
 // Of every padding: among denormals rounding is no longer relative.
 #define CO_LEAST_SLACK 0x1p-145f
 
@@ -150,14 +157,12 @@ static inline uint32_t next_axis(uint32_t axis)
     return 9u >> 2 * axis & 3u;
 }
 
-// Derives what depends on the direction alone. Directions below 1e-18 of the largest component are
-// taken as that: the padding keeps planes far enough that such a ray still passes all boxes which
-// it touches.
+// Derives what depends on the direction alone.
 static inline void ray_set_direction(Ray *ray)
 {
     CoFour dir = ray->dir, a = co_four_abs(dir);
     float largest = co_four_largest3(a, 0.0f);
-    CoFour tiny = co_four_set1(largest * 1e-18f);
+    CoFour tiny = co_four_set1(float_max(largest * 1e-18f, CO_COMPONENT_LEAST));
     CoFour d = co_four_select(a < tiny, co_four_copysign(tiny, dir), dir);
     CoFourBits is_negative = d < co_four_set1(0.0f);
     uint32_t x_over_y = a[0] > a[1], x_over_z = a[0] > a[2], y_over_z = a[1] > a[2];
@@ -173,7 +178,7 @@ static inline void ray_set_direction(Ray *ray)
     ray->major = z;
     ray->shear_x = slope.axis[next_axis(z)];
     ray->shear_y = slope.axis[next_axis(next_axis(z))];
-    ray->is_fit = largest > 1e-18f && co_four_below3(a, 1e37f);
+    ray->is_fit = largest > CO_DIRECTION_LEAST && co_four_below3(a, CO_DIRECTION_MOST);
 }
 
 // The same for a ray whose direction is that of another.
