@@ -13,58 +13,6 @@ typedef struct Tile {
 } Tile;
 _Static_assert(CO_TILE_SQUARES == 1 << CO_PATCH_TILE_SHIFT, "tiles are those of patch.h");
 
-// ---- Plans -------------------------------------------------------------------------------------
-
-// Grid point (i, j) of a patch with m squares a side: the word that it follows from, and how far.
-#define EDGE(m, i, j) ((j) == 0 ? 4 : (i) == (m) ? 5 : (j) == (m) ? 6 : (i) == 0 ? 7 : 8)
-#define IS_CORNER(m, i, j) (((i) == 0 || (i) == (m)) && ((j) == 0 || (j) == (m)))
-#define WORD(m, i, j) (IS_CORNER(m, i, j) ? ((j) ? ((i) ? 2 : 3) : ((i) ? 1 : 0)) : EDGE(m, i, j))
-#define INNER(m, i, j) (((j)-1) * ((m)-1) + (i)-1)
-#define ALONG(m, i, j) (EDGE(m, i, j) == 8 ? INNER(m, i, j) : EDGE(m, i, j) % 2 ? (j) : (i))
-#define STEP(m, i, j) (IS_CORNER(m, i, j) ? 0 : ALONG(m, i, j))
-#define ROW3(F, m, j) F(m, 0, j), F(m, 1, j), F(m, 2, j)
-#define ROW5(F, m, i, j) F(m, i, j), F(m, i + 1, j), F(m, i + 2, j), F(m, i + 3, j), F(m, i + 4, j)
-#define ROWS5(F, m, i, j) \
-    { \
-        ROW5(F, m, i, j), ROW5(F, m, i, j + 1), ROW5(F, m, i, j + 2) \
-    }
-
-static const CoGridPlan small_plan[] = {
-    {{ROW3(WORD, 2, 0), ROW3(WORD, 2, 1), ROW3(WORD, 2, 2)},
-     {ROW3(STEP, 2, 0), ROW3(STEP, 2, 1), ROW3(STEP, 2, 2)},
-     {0x00, 0x11, 0x33, 0x44, 0x41, 0x52, 0x74, 0x85, 0x34, 0x45, 0x67, 0x78},
-     0,
-     4,
-     8,
-     {0}},
-};
-
-#define BROAD \
-    { \
-        0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88, 0x61, 0x72, 0x83, 0x94, 0xb6, 0xc7, 0xd8, \
-            0xe9, 0x56, 0x67, 0x78, 0x89, 0xab, 0xbc, 0xcd, 0xde \
-    }
-#define PLAN(m, i, j) \
-    { \
-        ROWS5(WORD, m, i, j), ROWS5(STEP, m, i, j), BROAD, 2 * ((m) * (j) + (i)), \
-            2 * ((m) * ((j) + 1) + (i)), 16, \
-        { \
-            0 \
-        } \
-    }
-
-static const CoGridPlan pair_plans[] = {PLAN(4, 0, 0), PLAN(4, 0, 2)};
-static const CoGridPlan tile_plans[] = {PLAN(8, 0, 0), PLAN(8, 4, 0), PLAN(8, 0, 2), PLAN(8, 4, 2),
-                                        PLAN(8, 0, 4), PLAN(8, 4, 4), PLAN(8, 0, 6), PLAN(8, 4, 6)};
-
-static const CoGridPlan *find_plans(const CoPatchTable *table)
-{
-    const CoGridPlan *const by_level[] = {NULL, small_plan, pair_plans, tile_plans};
-    return co_grid_is_even(table) && table->level <= 3 ? by_level[table->level] : NULL;
-}
-
-// ---- Tiles -------------------------------------------------------------------------------------
-
 static Tile find_tile(const CoPatchTable *table, uint32_t id)
 {
     const uint32_t shift = co_grid_block_shift(table);
@@ -359,7 +307,7 @@ void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
 {
     bvh->patches = mesh->patches;
     bvh->points = mesh->points;
-    bvh->plans = find_plans(mesh->patches);
+    bvh->plans = co_grid_plans(mesh->patches);
     bvh->block_shift = co_grid_block_shift(mesh->patches);
     if (co_grid_is_block(mesh->patches)) {
         bvh->leaf_at = (const void *)mesh->patches->words;

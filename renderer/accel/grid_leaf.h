@@ -22,6 +22,7 @@
 #define CO_ACCEL_GRID_LEAF_H
 
 #include "accel/build.h"
+#include "accel/grid_plan.h"
 
 enum {
     CO_LIST_PATCHES = 8,   // most of a list
@@ -118,17 +119,6 @@ static inline bool co_grid_has_tiles(const CoPatchTable *table)
 {
     return !co_grid_is_list(table) && !co_grid_is_block(table);
 }
-
-// How the points of a block follow from the words of its patch, where patches are even and of level
-// 1 to 3: one cache line.
-typedef struct CoGridPlan {
-    uint8_t word[16], step[16]; // by point: see co_lane_along
-    uint8_t corner[24];         // as of CoTriLeaf
-    uint8_t low, high;          // first triangles of its rows, in the patch
-    uint8_t count;              // of triangles
-    uint8_t unused[5];
-} CoGridPlan;
-_Static_assert(sizeof(CoGridPlan) == 64, "a plan is a cache line");
 
 // 2^(exponent - 127).
 static inline float co_grid_step(uint8_t exponent)

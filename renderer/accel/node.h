@@ -125,7 +125,7 @@ struct CoBvh {
     size_t leaf_stride;
     // Of a mesh of patches, whose leaves are those of grid_leaf.h; else NULL.
     const CoPatchTable *patches;
-    const struct CoGridPlan *plans; // by block of a patch; NULL: patches differ
+    const struct CoGridPlan *plans; // see grid_plan.h
     uint32_t block_shift;           // log2 of blocks of a patch, where these are leaves
     const float *points;
 };

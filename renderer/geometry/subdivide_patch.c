@@ -271,7 +271,9 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     table->count = s->patch_count;
     table->fold = is_folded(s, table) ? 3 : 0;
     table->stride = stride_of(s, table);
-    uint32_t *words = co_mesh_keep(build, co_patch_word_count(table), sizeof *words);
+    // Kernels read all words of a quad, however many there are.
+    const size_t room = table->stride < CO_PATCH_WORDS ? CO_PATCH_WORDS - table->stride : 0;
+    uint32_t *words = co_mesh_keep(build, co_patch_word_count(table) + room, sizeof *words);
     CO_MESH_CHECK_MEMORY(build, words);
     table->words = words;
     PatchJob job = {s, words, table->stride, table->fold};

@@ -223,19 +223,20 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     return gather_block(block, bvh->points);
 }
 
-// The same of an even patch.
+// The same by plan.
 static inline CoTriLeaf open_planned(const CoBvh *bvh, uint32_t patch, uint32_t place,
                                      GridBlock *block)
 {
     const CoPatchTable *table = bvh->patches;
     const CoGridPlan *plan = &bvh->plans[place];
-    const uint32_t *words = table->words + (size_t)patch * CO_PATCH_WORDS;
-    const uint32_t first_tri = patch << table->unit_shift;
+    uint32_t room[CO_PATCH_WORDS] = {0};
+    const uint32_t *words = co_patch_words(table, patch, room);
+    const int32_t first_tri = (int32_t)(patch << table->unit_shift);
     for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH)
         co_lane_along(words, plan->word + i, plan->step + i, block->index + i);
     block->count = plan->count;
-    block->valid = (1u << plan->count) - 1u;
-    number_rows(block, first_tri + plan->low, first_tri + plan->high);
+    block->valid = plan->valid;
+    number_rows(block, (uint32_t)(first_tri + plan->low), (uint32_t)(first_tri + plan->high));
     CoTriLeaf leaf = gather_block(block, bvh->points);
     leaf.corner = plan->corner;
     return leaf;
@@ -279,12 +280,12 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
                                         GridBlock *block)
 {
     uint32_t at[2];
-    if (bvh->plans)
-        return open_planned(bvh, tile->patch, place, block);
     if (co_grid_has_faces(bvh->patches)) {
         uint32_t patch = co_grid_face_block_at(co_grid_blocks(tile), place, at);
-        return open_squares(bvh, tile->patch + patch, at, block);
+        return open_planned(bvh, tile->patch + patch, at[1] / 2, block);
     }
+    if (bvh->plans)
+        return open_planned(bvh, tile->patch, place, block);
     co_grid_block_at(co_grid_blocks(tile), place, at);
     if (tile->blocks & CO_TILE_PLACED) {
         at[0] += tile->at[0];

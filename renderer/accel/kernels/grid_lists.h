@@ -41,7 +41,27 @@ static inline CoTriLeaf open_quads(const CoBvh *bvh, const uint32_t *patches, ui
     return gather_block(block, bvh->points);
 }
 
-// Up to 2 triangular patches with 2 squares a side: their 6 points, row by row, and 4 triangles;
+// Up to 2 triangular patches with 2 squares a side, by plan.
+static inline CoTriLeaf open_planned_pair(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
+                                          GridBlock *block)
+{
+    const CoPatchTable *table = bvh->patches;
+    const CoGridPlan *plan = bvh->plans;
+    const uint32_t second = patches[count > 1 ? 1 : 0];
+    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
+        const uint32_t patch = i < 8 ? patches[0] : second, at = i % 8;
+        const uint32_t *words = table->words + (size_t)patch * table->stride;
+        co_lane_along(words, plan->word + at, plan->step + at, block->index + i);
+    }
+    block->count = CO_GRID_LIST_TRIS;
+    block->valid = count > 1 ? 0xffu : 0xfu;
+    number_rows(block, patches[0] << table->unit_shift, second << table->unit_shift);
+    CoTriLeaf leaf = gather_block(block, bvh->points);
+    leaf.corner = plan->corner;
+    return leaf;
+}
+
+// The same of any: their 6 points, row by row, and 4 triangles;
 // one with 1 a side has the first triangle, of which the corners stand where that has them.
 static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                        GridBlock *block)
@@ -109,6 +129,8 @@ static inline CoTriLeaf open_patches(const CoBvh *bvh, const uint32_t *patches, 
         return open_faces(bvh, patches, count, block);
     if (bvh->patches->level == 0)
         return open_quads(bvh, patches, count, block);
+    if (bvh->plans)
+        return open_planned_pair(bvh, patches, count, block);
     return open_triangles(bvh, patches, count, block);
 }
 

@@ -1,0 +1,89 @@
+#include "accel/grid_plan.h"
+
+#include <stddef.h>
+
+// ---- Quads: grid point (i, j) of a patch with m squares a side ---------------------------------
+
+#define QUAD_EDGE(m, i, j) ((j) == 0 ? 4 : (i) == (m) ? 5 : (j) == (m) ? 6 : (i) == 0 ? 7 : 8)
+#define QUAD_IS_CORNER(m, i, j) (((i) == 0 || (i) == (m)) && ((j) == 0 || (j) == (m)))
+#define QUAD_CORNER(i, j) ((j) ? ((i) ? 2 : 3) : ((i) ? 1 : 0))
+#define QUAD_WORD(m, i, j) (QUAD_IS_CORNER(m, i, j) ? QUAD_CORNER(i, j) : QUAD_EDGE(m, i, j))
+#define QUAD_INNER(m, i, j) (((j)-1) * ((m)-1) + (i)-1)
+#define QUAD_ALONG(m, i, j) \
+    (QUAD_EDGE(m, i, j) == 8 ? QUAD_INNER(m, i, j) : QUAD_EDGE(m, i, j) % 2 ? (j) : (i))
+#define QUAD_STEP(m, i, j) (QUAD_IS_CORNER(m, i, j) ? 0 : QUAD_ALONG(m, i, j))
+
+// ---- Triangles: what lies beyond the diagonal is left out --------------------------------------
+
+#define TRI_EDGE(m, i, j) ((j) == 0 ? 4 : (i) == (m) ? 5 : (i) <= (j) ? 6 : 3)
+#define TRI_IS_CORNER(m, i, j) ((i) == 0 || (j) >= (m) || ((i) == (m) && (j) == 0))
+#define TRI_CORNER(m, i, j) ((i) == 0 ? 0 : (j) == 0 ? 1 : 2)
+#define TRI_WORD(m, i, j) (TRI_IS_CORNER(m, i, j) ? TRI_CORNER(m, i, j) : TRI_EDGE(m, i, j))
+#define TRI_INNER(m, i, j) (((j)-1) * (2 * (m)-2 - (j)) / 2 - (j)-1 + (i))
+#define TRI_ALONG(m, i, j) \
+    (TRI_EDGE(m, i, j) == 3 ? TRI_INNER(m, i, j) : TRI_EDGE(m, i, j) == 5 ? (j) : (i))
+#define TRI_STEP(m, i, j) (TRI_IS_CORNER(m, i, j) ? 0 : TRI_ALONG(m, i, j))
+
+// ---- Blocks ------------------------------------------------------------------------------------
+
+// clang-format off
+#define ROW2(F, m, i, j) F(m, i, j), F(m, i + 1, j)
+#define ROW3(F, m, i, j) ROW2(F, m, i, j), F(m, i + 2, j)
+#define ROW4(F, m, i, j) ROW3(F, m, i, j), F(m, i + 3, j)
+#define ROW5(F, m, i, j) ROW4(F, m, i, j), F(m, i + 4, j)
+#define ROWS3(F, m) {ROW3(F, m, 0, 0), ROW3(F, m, 0, 1), ROW3(F, m, 0, 2)}
+#define ROWS5(F, m, i, j) {ROW5(F, m, i, j), ROW5(F, m, i, j + 1), ROW5(F, m, i, j + 2)}
+
+// 2 x 2 squares, 3 points a row.
+#define NARROW {0x00, 0x11, 0x33, 0x44, 0x41, 0x52, 0x74, 0x85, 0x34, 0x45, 0x67, 0x78}
+// 4 x 2, 5 a row. Of triangles the second of a square comes before the first.
+#define BROAD {0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88, 0x61, 0x72, 0x83, 0x94, \
+               0xb6, 0xc7, 0xd8, 0xe9, 0x56, 0x67, 0x78, 0x89, 0xab, 0xbc, 0xcd, 0xde}
+#define TURNED {0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88, 0x16, 0x27, 0x38, 0x49, \
+                0x6b, 0x7c, 0x8d, 0x9e, 0x65, 0x76, 0x87, 0x98, 0xba, 0xcb, 0xdc, 0xed}
+
+#define QUAD_PLAN(m, i, j) \
+    {ROWS5(QUAD_WORD, m, i, j), ROWS5(QUAD_STEP, m, i, j), BROAD, 2 * ((m) * (j) + (i)), \
+     2 * ((m) * ((j) + 1) + (i)), 16, 0, 0xffff, {0}}
+
+static const CoGridPlan quads_1[] = {
+    {ROWS3(QUAD_WORD, 2), ROWS3(QUAD_STEP, 2), NARROW, 0, 4, 8, 0, 0xff, {0}}};
+static const CoGridPlan quads_2[] = {QUAD_PLAN(4, 0, 0), QUAD_PLAN(4, 0, 2)};
+static const CoGridPlan quads_3[] = {
+    QUAD_PLAN(8, 0, 0), QUAD_PLAN(8, 4, 0), QUAD_PLAN(8, 0, 2), QUAD_PLAN(8, 4, 2),
+    QUAD_PLAN(8, 0, 4), QUAD_PLAN(8, 4, 4), QUAD_PLAN(8, 0, 6), QUAD_PLAN(8, 4, 6)};
+
+// 4 triangles over 6 points, row by row, in a block of two patches.
+static const CoGridPlan triangles_1[] = {
+    {{ROW3(TRI_WORD, 2, 0, 0), ROW2(TRI_WORD, 2, 1, 1), TRI_WORD(2, 2, 2)},
+     {ROW3(TRI_STEP, 2, 0, 0), ROW2(TRI_STEP, 2, 1, 1), TRI_STEP(2, 2, 2)},
+     {0x10, 0x31, 0x98, 0xb9, 0x41, 0x42, 0xc9, 0xca, 0x33, 0x54, 0xbb, 0xdc}, 0, 4, 8, 0, 0xff,
+     {0}}};
+// 16 triangles over 15 points.
+static const CoGridPlan triangles_2[] = {
+    {{ROW5(TRI_WORD, 4, 0, 0), ROW4(TRI_WORD, 4, 1, 1), ROW3(TRI_WORD, 4, 2, 2),
+      ROW2(TRI_WORD, 4, 3, 3), TRI_WORD(4, 4, 4)},
+     {ROW5(TRI_STEP, 4, 0, 0), ROW4(TRI_STEP, 4, 1, 1), ROW3(TRI_STEP, 4, 2, 2),
+      ROW2(TRI_STEP, 4, 3, 3), TRI_STEP(4, 4, 4)},
+     {0x10, 0x21, 0x32, 0x53, 0x66, 0x77, 0xa9, 0xca, 0x61, 0x72, 0x83, 0x64,
+      0x7a, 0x8b, 0xda, 0xdb, 0x55, 0x66, 0x77, 0x98, 0xa9, 0xba, 0xcc, 0xed},
+     0, 8, 16, 0, 0xffff, {0}}};
+// Rows begin with 2 (i - j) - 1, the second triangle of a square, though that may not be there.
+#define TRI_ROW(m, j) ((m) * (m) - ((m) - (j)) * ((m) - (j)))
+#define TRI_PLAN(m, i, j, valid) \
+    {ROWS5(TRI_WORD, m, i, j), ROWS5(TRI_STEP, m, i, j), TURNED, \
+     TRI_ROW(m, j) + 2 * ((i) - (j)) - 1, TRI_ROW(m, (j) + 1) + 2 * ((i) - (j)) - 3, 16, 0, valid, \
+     {0}}
+static const CoGridPlan triangles_3[] = {
+    TRI_PLAN(8, 0, 0, 0xf8fe), TRI_PLAN(8, 4, 0, 0xffff), TRI_PLAN(8, 0, 2, 0x80e0),
+    TRI_PLAN(8, 4, 2, 0xffff), TRI_PLAN(8, 4, 4, 0xf8fe), TRI_PLAN(8, 4, 6, 0x80e0)};
+// clang-format on
+
+const CoGridPlan *co_grid_plans(const CoPatchTable *table)
+{
+    const CoGridPlan *const quads[] = {NULL, quads_1, quads_2, quads_3};
+    const CoGridPlan *const triangles[] = {NULL, triangles_1, triangles_2, triangles_3};
+    if (table->is_mixed || table->first_tri || table->level > 3)
+        return NULL;
+    return table->is_triangular ? triangles[table->level] : quads[table->level];
+}
