@@ -82,6 +82,28 @@ void co_bvh_block_leave(CoBvhBlock *block);
 // that have a box.
 bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *objects);
 
+// The triangles of a leaf and the distinct points they share.
+typedef struct CoLeafCorners {
+    uint32_t points[CO_LEAF_WIDTH];
+    uint8_t corner[3][CO_LEAF_WIDTH]; // into points
+    uint32_t point_count;
+} CoLeafCorners;
+
+// Ascending.
+void co_leaf_sort(uint32_t *numbers, size_t count);
+
+static inline bool co_leaf_is_near(const uint32_t *tris, size_t count)
+{
+    return tris[count - 1] - tris[0] <= UINT16_MAX;
+}
+
+// Of triangles in order and so many bytes of points.
+size_t co_leaf_bytes(const uint32_t *tris, size_t count, size_t point_bytes);
+
+// What stands before a leaf's points, and behind them, see node.h. Return where they end.
+unsigned char *co_leaf_put_corners(unsigned char *out, const CoLeafCorners *corners, size_t count);
+unsigned char *co_leaf_put_runs(unsigned char *out, const uint32_t *tris, size_t count);
+
 static inline void co_box_empty(CoBox *box)
 {
     for (int k = 0; k < 3; k++) {

@@ -8,15 +8,8 @@
 
 #include <string.h>
 
-// The triangles of a leaf and the distinct points they share.
-typedef struct Corners {
-    uint32_t points[CO_LEAF_WIDTH];
-    uint8_t corner[3][CO_LEAF_WIDTH]; // into points
-    uint32_t point_count;
-} Corners;
-
 // False when there are more points than a leaf holds.
-static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, Corners *out)
+static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, CoLeafCorners *out)
 {
     Co16 points = co16_set1(UINT32_MAX); // no point has this index
     uint32_t point_count = 0;
@@ -43,7 +36,7 @@ static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
     return out + count;
 }
 
-static unsigned char *put_corners(unsigned char *out, const Corners *corners, size_t count)
+unsigned char *co_leaf_put_corners(unsigned char *out, const CoLeafCorners *corners, size_t count)
 {
     const size_t row = (count + 1) / 2;
     *out++ = (unsigned char)((count - 1) | (corners->point_count - 1) << 4);
@@ -54,9 +47,9 @@ static unsigned char *put_corners(unsigned char *out, const Corners *corners, si
     return out + co_leaf_first((uint32_t)count) - 1;
 }
 
-// What stands behind the points, see node.h.
-static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t count, bool near)
+unsigned char *co_leaf_put_runs(unsigned char *out, const uint32_t *tris, size_t count)
 {
+    const bool near = co_leaf_is_near(tris, count);
     uint32_t skipped[CO_LEAF_WIDTH], starts = 1, runs = 0;
     for (uint32_t i = 1; i < count; i++) {
         if (tris[i] == tris[i - 1] + 1)
@@ -74,7 +67,7 @@ static unsigned char *put_runs(unsigned char *out, const uint32_t *tris, size_t 
     return out + (runs % 2 ? 0 : sizeof(uint16_t));
 }
 
-static void sort_numbers(uint32_t *numbers, size_t count)
+void co_leaf_sort(uint32_t *numbers, size_t count)
 {
     for (size_t i = 1; i < count; i++) {
         uint32_t number = numbers[i];
@@ -85,32 +78,26 @@ static void sort_numbers(uint32_t *numbers, size_t count)
     }
 }
 
-static bool is_near(const uint32_t *tris, size_t count)
-{
-    return tris[count - 1] - tris[0] <= UINT16_MAX;
-}
-
-// Of triangles in order.
-static size_t leaf_bytes(const uint32_t *tris, size_t count, size_t point_count)
+size_t co_leaf_bytes(const uint32_t *tris, size_t count, size_t point_bytes)
 {
     size_t runs = 1;
     for (size_t i = 1; i < count; i++)
         runs += tris[i] != tris[i - 1] + 1;
-    size_t tail = is_near(tris, count) ? (2 * runs + 3) & ~(size_t)3 : 4 * runs;
-    return co_leaf_first((uint32_t)count) + 4 + 12 * point_count + tail;
+    size_t tail = co_leaf_is_near(tris, count) ? (2 * runs + 3) & ~(size_t)3 : 4 * runs;
+    return co_leaf_first((uint32_t)count) + 4 + point_bytes + tail;
 }
 
 static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
 {
     const CoMesh *mesh = context;
-    Corners corners;
+    CoLeafCorners corners;
     for (size_t i = 0; i < count; i++)
         out->ids[i] = prims[i].id;
     if (!share_points(mesh, out->ids, count, &corners))
         return false;
-    sort_numbers(out->ids, count);
+    co_leaf_sort(out->ids, count);
     out->count = (uint32_t)count;
-    out->bytes = (uint32_t)leaf_bytes(out->ids, count, corners.point_count);
+    out->bytes = (uint32_t)co_leaf_bytes(out->ids, count, 12 * corners.point_count);
     out->ref = CO_REF_LEAF;
     return true;
 }
@@ -119,15 +106,15 @@ static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count,
 {
     const CoMesh *mesh = context;
     const unsigned char *begin = out;
-    Corners corners;
+    CoLeafCorners corners;
     share_points(mesh, tris, count, &corners);
-    uint32_t first = tris[0] | (is_near(tris, count) ? CO_LEAF_NEAR : 0);
-    out = put_corners(out, &corners, count);
+    uint32_t first = tris[0] | (co_leaf_is_near(tris, count) ? CO_LEAF_NEAR : 0);
+    out = co_leaf_put_corners(out, &corners, count);
     out = put(out, &first, sizeof first);
     for (size_t k = 0; k < 3; k++)
         for (size_t j = 0; j < corners.point_count; j++)
             out = put(out, &mesh->points[3 * (size_t)corners.points[j] + k], sizeof(float));
-    out = put_runs(out, tris, count, is_near(tris, count));
+    out = co_leaf_put_runs(out, tris, count);
     return (size_t)(out - begin);
 }
 

@@ -4,10 +4,11 @@
 // squares, of 2 x 2. A triangular patch of 4 squares a side is a block too. What a leaf is depends
 // on the level of the mesh.
 //
-// - Level 0, and 1 of triangular patches: a list of patches (CoGridList), as many as are two
-// blocks,
-//   of quads one: 4 of a triangle or two, or 2 of four triangles to a block. Of triangles that are
-//   split in 3 a list of faces: 4 in fans or 2 in quads, one block.
+// - Level 0: triangles as in node.h, but for points, in place of which stand their numbers, see
+//   co_grid_points.
+// - Level 1 of triangular patches: a list of patches (CoGridList), 2 to a block, as many as are two
+//   blocks. Level 0 of triangles that are split in 3: a list of faces, 4 in fans or 2 in quads, one
+//   block.
 // - Where all patches are one block, or two, that: the reference is the patch's number, or twice
 //   that and which, and there is nothing else.
 // - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
@@ -84,15 +85,21 @@ static inline bool co_grid_has_faces(const CoPatchTable *table)
     return table->fold && table->level <= 2;
 }
 
+// Whether leaves are triangles with the numbers of their points.
+static inline bool co_grid_is_numbered(const CoPatchTable *table)
+{
+    return table->level == 0 && !table->fold;
+}
+
 static inline bool co_grid_is_list(const CoPatchTable *table)
 {
-    return table->level == 0 || (table->level == 1 && table->is_triangular);
+    return table->level == 0 ? table->fold > 0 : table->level == 1 && table->is_triangular;
 }
 
 // How many of a list to a block.
 static inline uint32_t co_grid_list_step(const CoPatchTable *table)
 {
-    bool is_two = table->level > 0 || (table->fold && table->stride > 4);
+    bool is_two = table->level > 0 || table->stride > 4;
     return is_two ? 2 : 4;
 }
 
@@ -117,7 +124,7 @@ static inline bool co_grid_is_block(const CoPatchTable *table)
 
 static inline bool co_grid_has_tiles(const CoPatchTable *table)
 {
-    return !co_grid_is_list(table) && !co_grid_is_block(table);
+    return !co_grid_is_numbered(table) && !co_grid_is_list(table) && !co_grid_is_block(table);
 }
 
 // 2^(exponent - 127).
@@ -154,6 +161,25 @@ static inline uint32_t co_grid_list(const CoGridList *list, uint32_t patches[CO_
     for (uint32_t k = 1; k < CO_LIST_PATCHES; k++)
         patches[k] = list->first + list->near[k - 1];
     return count;
+}
+
+// Of a leaf of level 0 of so many points: their numbers, less the first word's, 16 bits each, or,
+// where that is flagged, 32 bits. Returns what stands behind them. Up to 16 are read, whatever is
+// there; none is above `last`.
+#define CO_GRID_FAR 0x80000000u
+static inline const void *co_grid_points(const uint32_t *words, uint32_t count, uint32_t last,
+                                         uint32_t out[CO_LEAF_WIDTH])
+{
+    const uint32_t base = *words++;
+    if (base & CO_GRID_FAR) {
+        for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
+            out[k] = words[k] < last ? words[k] : last;
+        return words + count;
+    }
+    const uint16_t *near = (const void *)words;
+    for (uint32_t k = 0; k < CO_LEAF_WIDTH; k++)
+        out[k] = base + near[k] < last ? base + near[k] : last;
+    return words + (count + 1) / 2;
 }
 
 // Tells the tree where leaves are and what they refer to.

@@ -128,6 +128,7 @@ struct CoBvh {
     const struct CoGridPlan *plans; // see grid_plan.h
     uint32_t block_shift;           // log2 of blocks of a patch, where these are leaves
     const float *points;
+    uint32_t last_point;
 };
 
 // All that a walk wants of an instance: one cache line.

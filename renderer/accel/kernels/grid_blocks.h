@@ -17,7 +17,7 @@ typedef struct GridBlock {
     uint32_t first;                // number of the first triangle
     float points[3][CO_LEAF_WIDTH];
     uint16_t starts, unused;
-    uint32_t skipped[CO_GRID_LIST_TRIS - 1];
+    uint32_t skipped[CO_LEAF_WIDTH - 1];
     uint32_t count, valid; // triangles, and one bit per triangle that is one
 } GridBlock;
 _Static_assert(offsetof(GridBlock, points) == offsetof(GridBlock, first) + 4 &&
@@ -45,7 +45,7 @@ static inline CoTriLeaf gather_block(GridBlock *block, const float *mesh_points)
     }
     return (CoTriLeaf){block->count,
                        CO_LEAF_WIDTH,
-                       block->count / 2,
+                       (block->count + 1) / 2,
                        block->corner,
                        {block->points[0], block->points[1], block->points[2]}};
 }
@@ -340,6 +340,22 @@ static inline CoTriLeaf open_block(const CoBvh *bvh, uint32_t ref, GridBlock *bl
     return open_squares(bvh, number, origin, block);
 }
 
+// A leaf of triangles with the numbers of their points.
+static inline CoTriLeaf open_numbered(const CoBvh *bvh, uint32_t ref, GridBlock *block)
+{
+    const uint8_t *bytes = bvh->leaves + (size_t)(ref & CO_REF_LEAF_PLACE) * CO_LEAF_UNIT;
+    const uint32_t points = (bytes[0] >> 4) + 1u;
+    block->count = (bytes[0] & 15u) + 1u;
+    block->valid = (2u << (block->count - 1)) - 1u;
+    const uint32_t *words = (const void *)(bytes + co_leaf_first(block->count));
+    block->first = words[0];
+    const void *runs = co_grid_points(words + 1, points, bvh->last_point, block->index);
+    memcpy(&block->starts, runs, sizeof(uint32_t) * CO_LEAF_WIDTH);
+    CoTriLeaf leaf = gather_block(block, bvh->points);
+    leaf.corner = bytes + 1;
+    return leaf;
+}
+
 #include "accel/kernels/grid_lists.h"
 
 // Returns true when the ray needs no more.
@@ -353,7 +369,8 @@ static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, co
         return trace_tile(group, ray, &shear, bvh, ref, path);
     if (co_grid_is_list(bvh->patches))
         return trace_list(group, ray, &shear, bvh, ref, path);
-    const CoTriLeaf leaf = open_block(bvh, ref, &block);
+    const CoTriLeaf leaf = co_grid_is_numbered(bvh->patches) ? open_numbered(bvh, ref, &block)
+                                                             : open_block(bvh, ref, &block);
     return trace_block(group, ray, &shear, &leaf, block.valid, path);
 }
 

@@ -4,43 +4,6 @@
 #ifndef CO_ACCEL_KERNELS_GRID_LISTS_H
 #define CO_ACCEL_KERNELS_GRID_LISTS_H
 
-// Each a run of its own: patch k's first triangle, in the second half its second.
-static inline void number_list(GridBlock *block, const uint32_t tri[4])
-{
-    block->count = CO_GRID_LIST_TRIS;
-    block->first = tri[0];
-    block->starts = 0xffu;
-    for (uint32_t k = 1; k < CO_GRID_LIST_TRIS; k++)
-        block->skipped[k - 1] = tri[k & 3u] + (k >> 2) - tri[0] - k;
-}
-
-// Up to 4 patches of level 0: corner 0 of all, then 1 and 2, then 2 and 3; lanes are the first
-// triangles of all, 0 1 2, then the second, 0 2 3.
-static inline CoTriLeaf open_quads(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
-                                   GridBlock *block)
-{
-    uint32_t tri[4];
-    const uint8_t corner[12] = {0x10, 0x32, 0x10, 0x32, 0x54, 0x76,
-                                0x98, 0xba, 0x98, 0xba, 0xdc, 0xfe};
-    memcpy(block->corner, corner, sizeof corner);
-    block->valid = 0;
-    for (uint32_t q = 0; q < 4; q++) {
-        bool is_there = q < count;
-        const uint32_t patch = patches[is_there ? q : 0];
-        const uint32_t *words = bvh->patches->words + (size_t)patch * bvh->patches->stride;
-        bool is_fan = co_patch_is_fan(bvh->patches, words);
-        uint32_t *index = block->index + q;
-        index[0] = words[0];
-        index[4] = words[1];
-        index[8] = words[2];
-        index[12] = words[is_fan ? 0 : 3];
-        tri[q] = co_patch_first_tri(bvh->patches, patch);
-        block->valid |= ((uint32_t)is_there | (uint32_t)(is_there && !is_fan) << 4) << q;
-    }
-    number_list(block, tri);
-    return gather_block(block, bvh->points);
-}
-
 // Up to 2 triangular patches with 2 squares a side, by plan.
 static inline CoTriLeaf open_planned_pair(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                           GridBlock *block)
@@ -127,8 +90,6 @@ static inline CoTriLeaf open_patches(const CoBvh *bvh, const uint32_t *patches, 
 {
     if (co_grid_has_faces(bvh->patches))
         return open_faces(bvh, patches, count, block);
-    if (bvh->patches->level == 0)
-        return open_quads(bvh, patches, count, block);
     if (bvh->plans)
         return open_planned_pair(bvh, patches, count, block);
     return open_triangles(bvh, patches, count, block);

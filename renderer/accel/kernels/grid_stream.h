@@ -103,7 +103,8 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
     } else if (co_grid_is_list(bvh->patches)) {
         stream_list(ask, active, ref);
     } else {
-        const CoTriLeaf leaf = open_block(bvh, ref, &block);
+        const CoTriLeaf leaf = co_grid_is_numbered(bvh->patches) ? open_numbered(bvh, ref, &block)
+                                                                 : open_block(bvh, ref, &block);
         stream_triangles(ask, active, &leaf, leaf.count, block.valid);
     }
 }
