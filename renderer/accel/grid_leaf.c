@@ -248,7 +248,7 @@ static void put_triangle(Numbered *out, uint32_t tri, uint32_t a, uint32_t b, ui
 static bool number_patches(const CoPatchTable *table, const uint32_t *patches, size_t count,
                            Numbered *out)
 {
-    Co8 points[2] = {co8_set1(UINT32_MAX), co8_set1(UINT32_MAX)}; // no point has this number
+    Co16 points = co16_set1(UINT32_MAX); // no point has this number
     uint32_t point_count = 0;
     out->tri_count = 0;
     for (size_t k = 0; k < count; k++) {
@@ -257,11 +257,11 @@ static bool number_patches(const CoPatchTable *table, const uint32_t *patches, s
         const uint32_t corners = co_patch_is_fan(table, words) ? 3 : 4;
         uint32_t at[4];
         for (uint32_t c = 0; c < corners; c++) {
-            uint32_t same = co8_equal(&points[0], words[c]) | co8_equal(&points[1], words[c]) << 8;
+            uint32_t same = co16_equal(&points, words[c]);
             if (!same && point_count == CO_LEAF_WIDTH)
                 return false;
             if (!same)
-                co8_put(&points[point_count / 8], point_count % 8, words[c]);
+                co16_put(&points, point_count, words[c]);
             at[c] = same ? (uint32_t)__builtin_ctz(same) : point_count++;
         }
         if (out->tri_count + corners - 2 > CO_LEAF_WIDTH)
@@ -270,8 +270,7 @@ static bool number_patches(const CoPatchTable *table, const uint32_t *patches, s
         if (corners == 4)
             put_triangle(out, tri + 1, at[0], at[2], at[3]);
     }
-    co8_store(out->corners.points, &points[0]);
-    co8_store(out->corners.points + 8, &points[1]);
+    co16_store(out->corners.points, &points);
     out->corners.point_count = point_count;
     return true;
 }
