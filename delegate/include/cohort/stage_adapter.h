@@ -65,7 +65,8 @@ typedef struct CohortResolvedSettings {
     size_t light_count;  // of the stage; 0 and neither env nor headlight: the image will be black
 } CohortResolvedSettings;
 
-// Opens a stage. The delegate must outlive the adapter and have an index.
+// Opens a stage. The delegate must outlive the adapter and have an index. NULL as cohort_stage_open fails, or with
+// COHORT_ERROR_ARGUMENT when there is no index. options NULL: all defaults.
 CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
                                    const CohortAdapterOptions *options, CohortError *err);
 
@@ -77,7 +78,7 @@ void cohort_adapter_destroy(CohortAdapter *adapter);
 // unset.
 bool cohort_adapter_populate(CohortAdapter *adapter, CohortError *err);
 
-// Goes to another time and marks what varies.
+// Goes to another time code (NAN = default values) and marks what varies; after populate.
 bool cohort_adapter_set_time(CohortAdapter *adapter, double time, CohortError *err);
 
 // Valid after populate; strings live until the next set_time or destroy.

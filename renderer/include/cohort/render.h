@@ -107,7 +107,8 @@ CohortRender *cohort_render_create(const CohortScene *scene, const CohortRenderS
 void cohort_render_destroy(CohortRender *render); // NULL is allowed
 
 // Renders one round. Returns false on error or cancellation; the film then holds the last complete
-// round, and after a cancellation the call may be repeated.
+// round, and after a cancellation (COHORT_ERROR_CANCELLED) the call may be repeated. Other errors: _OUT_OF_MEMORY,
+// _FILE_WRITE and _FILE_READ of scratch files, _INTERNAL where rays were lost.
 bool cohort_render_round(CohortRender *render, CohortError *err);
 
 // True when the target (samples, time or noise) is reached.
@@ -120,18 +121,21 @@ void cohort_render_cancel(CohortRender *render);
 // Fraction of the target reached, 0 to 1, rising within a round too. Any thread.
 double cohort_render_progress(const CohortRender *render);
 
+// Of the complete rounds so far; between rounds.
 void cohort_render_stats(const CohortRender *render, CohortRenderStats *out);
 
 // Copies one AOV of the last complete round. `out` holds width * height * components floats (int32
 // bits for the ids), rows from top to bottom. False when the AOV was not asked for.
 bool cohort_render_aov(const CohortRender *render, CohortAov aov, void *out);
-uint32_t cohort_aov_components(CohortAov aov);
+uint32_t cohort_aov_components(CohortAov aov); // floats per pixel: 1, 3 or 4
 
 // Writes the film of the last complete round so that a later render of the same scene and image
-// settings can go on from it; replaces `path` atomically.
+// settings can go on from it; replaces `path` atomically. stage_hash: whatever tells the caller's scenes
+// apart. COHORT_ERROR_FILE_WRITE leaves an older file as it was.
 bool cohort_render_save(const CohortRender *render, const char *path, uint64_t stage_hash,
                         CohortError *err);
-// Goes on from such a file. Refuses another size, seed, settings or stage, by name.
+// Goes on from such a file, before the first round. Refuses another size, seed, settings or stage by name
+// (COHORT_ERROR_ARGUMENT), and files that are not there or damaged (_FILE_NOT_FOUND, _FILE_READ).
 bool cohort_render_resume(CohortRender *render, const char *path, uint64_t stage_hash,
                           CohortError *err);
 

@@ -349,13 +349,16 @@ typedef struct CohortSceneCounts {
 
 // Makes the edits effective. Missing textures and the like are warnings. Stopped, it ends with
 // COHORT_ERROR_CANCELLED before the next texture, mesh or group; another commit goes on from there.
+//   options  NULL: all defaults; copied, but for `stop`
+// Other errors: _SCENE without a camera, _OUT_OF_MEMORY, _COLOR for a config or space, _INSTALLATION where no
+// image can be read, _FILE_WRITE of scratch files.
 bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, CohortError *err);
 void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out);
 
 // World-space box of the committed scene: min xyz, max xyz; false when it holds nothing.
 bool cohort_scene_bounds(const CohortScene *scene, double box[6]);
 
-// Diagnostics as data, repeats merged. Pointers live until the next edit or commit.
+// Diagnostics as data, repeats merged. Returns how many. Pointers live until the next edit or commit.
 typedef struct CohortDiagnostic {
     CohortSeverity severity;
     const char *place; // prim path or file

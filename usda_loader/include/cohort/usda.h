@@ -184,11 +184,15 @@ typedef struct CohortStageOptions {
     const volatile int *stop;
 } CohortStageOptions;
 
-// Opens and composes. Fails only when the root layer cannot be read; missing references and the
-// like are reported and composition goes on.
+// Opens and composes. Missing references and the like are reported and composition goes on. NULL when the
+// root layer cannot be read (COHORT_ERROR_FILE_NOT_FOUND, _FILE_READ, _USDA_SYNTAX with line and column,
+// _USD_BINARY), when a limit of the options is passed (_LIMIT), stopped (_CANCELLED), out of memory, or, with
+// `strict`, at the first warning.
+//   path     of the root layer, relative to the current folder
+//   options  NULL: all defaults
 CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
                                CohortError *err);
-void cohort_stage_destroy(CohortStage *stage);
+void cohort_stage_destroy(CohortStage *stage); // NULL is allowed
 
 // Opens the stage again, with the same options, and finds out what has become different; layers
 // that have not changed on disk are not read again. `stage` stays as it is and is still the
@@ -356,21 +360,26 @@ bool cohort_prim_property_opinion(const CohortPrim *prim, const char *property, 
                                   CohortOpinion *out);
 
 // ---- Convenience over values (typed, with a fallback) ------------------------------------------
+// The first number of the value at a time (NAN = default value), whatever its type; the fallback where there is
+// no value or it is no number.
 double cohort_prim_double(const CohortPrim *prim, const char *name, double time, double fallback);
 bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);
 const char *cohort_prim_token(const CohortPrim *prim, const char *name, double time,
-                              const char *fallback); // token, string or asset text
+                              const char *fallback); // token, string or asset text; the first of an array
 // Copies up to `count` numbers of a scalar, vector, matrix or array of such, converted to double; `out`
 // keeps what there is no number for. False, with nothing copied, where the value is absent or no number.
 bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, double *out,
                          size_t count);
 
-// UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!.
+// UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!, may be NULL.
+// False, and the identity, where no op is authored.
 bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
                                  bool *resets);
 
 // ---- Layers ------------------------------------------------------------------------------------
-// Reads one layer and writes it back as USDA; flatten composes first. out NULL = standard output.
+// Reads one layer and writes it back as USDA; flatten writes the composed stage as one layer. out NULL = standard
+// output; a file is written beside its place and moved there when it is whole. Errors of reading as
+// cohort_stage_open's; COHORT_ERROR_FILE_WRITE.
 bool cohort_layer_cat(const char *in, const char *out, const CohortStageOptions *options,
                       CohortError *err);
 bool cohort_stage_flatten(const CohortStage *stage, const char *out, CohortError *err);
