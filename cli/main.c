@@ -1,3 +1,5 @@
+// cohort: from the first word to the sub-command.
+
 #include "cli.h"
 #include "source_line.h"
 #include "stage_options.h"

@@ -1,3 +1,5 @@
+// Options of cohort render: the table, what they mean together, and their way into the delegate.
+
 #include "render_command.h"
 
 #include "cli.h"

@@ -1,3 +1,5 @@
+// The delegate: its life, and its settings by key.
+
 #include "base/error.h"
 #include "index/index.h"
 #include "pass/render_buffer.h"

@@ -1,3 +1,5 @@
+// Scratch memory of one pull.
+
 #include "index/index.h"
 
 void *cohort_pull_array(CohortPull *pull, size_t count, size_t size)

@@ -1,3 +1,5 @@
+// All settings: names, types, ranges, defaults.
+
 #include "index/settings.h"
 
 #define FALSE_VALUE \

@@ -1,3 +1,5 @@
+// The AOVs there are.
+
 #include "cohort/delegate.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+// Statistics under Hydra's keys.
+
 #include "base/memory.h"
 #include "index/index.h"
 #include "pass/render_thread.h"

@@ -1,3 +1,5 @@
+// Cameras: from UsdGeomCamera's units to the renderer's, conformed to the image.
+
 #include "prims/sync.h"
 
 #include <math.h>

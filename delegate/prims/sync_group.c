@@ -1,3 +1,5 @@
+// Containers as groups of the scene: which meshes and instancers stand in the world or a prototype.
+
 #include "base/error.h"
 #include "math/vec.h"
 #include "prims/sync.h"

@@ -1,3 +1,5 @@
+// Lights, with transform and visibility.
+
 #include "base/error.h"
 #include "prims/sync.h"
 

@@ -1,3 +1,5 @@
+// Materials: networks to the renderer, and who displaces by them.
+
 #include "base/error.h"
 #include "prims/material_network.h"
 #include "prims/sync.h"

@@ -1,3 +1,5 @@
+// Meshes: set anew, or given other materials alone.
+
 #include "base/error.h"
 #include "base/hash.h"
 #include "prims/dicing.h"

@@ -1,3 +1,5 @@
+// Texture nodes of a network as lookups: UsdUVTexture and the Ptex nodes with what feeds them.
+
 #include "prims/material_network.h"
 
 #include "base/error.h"

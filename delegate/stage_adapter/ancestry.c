@@ -1,3 +1,5 @@
+// What a prim has from those above it, through prototypes: transform, visibility.
+
 #include "stage_adapter/adapter.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+// Cameras of a stage, and the one that frames everything.
+
 #include "stage_adapter/adapter.h"
 
 #include "base/error.h"

@@ -1,3 +1,5 @@
+// Which stage prims are in the index, and what is said of them.
+
 #include "stage_adapter/adapter.h"
 
 #include "base/error.h"

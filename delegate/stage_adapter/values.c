@@ -1,3 +1,5 @@
+// Values of the reader as the renderer's floats and integers.
+
 #include "stage_adapter/adapter.h"
 
 #include <math.h>

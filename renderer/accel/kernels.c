@@ -1,3 +1,5 @@
+// The table of traversal kernels, one per instruction set.
+
 #include "accel/accel.h"
 
 #include "accel/kernels/traverse.h"

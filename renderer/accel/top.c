@@ -1,3 +1,5 @@
+// Top levels: boxes of instances, what of a group stands in its tree, and the tree.
+
 #include "accel/bake.h"
 #include "accel/build.h"
 

@@ -1,3 +1,5 @@
+// What memory is left: of the machine, and within the control groups around the process.
+
 #include "base/memory.h"
 
 #include <stdio.h>

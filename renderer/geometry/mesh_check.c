@@ -1,3 +1,5 @@
+// Descriptions of meshes: what is refused, what is dropped with a warning.
+
 #include "geometry/mesh_internal.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+// Which material each face has.
+
 #include "geometry/grid.h"
 #include "geometry/mesh_internal.h"
 

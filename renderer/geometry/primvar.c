@@ -1,3 +1,5 @@
+// Primvars: checked, copied, and evaluated at a hit.
+
 #include "geometry/grid.h"
 #include "geometry/mesh_internal.h"
 

@@ -1,3 +1,5 @@
+// What a hit point looks like: position and its error, normals, derivatives, Ptex coordinates.
+
 #include "geometry/grid.h"
 #include "geometry/mesh_internal.h"
 #include "geometry/unit_code.h"

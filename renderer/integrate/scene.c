@@ -1,3 +1,5 @@
+// The scene as its user edits it: objects, groups, textures, lights, camera.
+
 #include "integrate/scene_data.h"
 
 #include "base/error.h"

@@ -1,3 +1,5 @@
+// Colors of black bodies by their temperature.
+
 #include "light/light_internal.h"
 
 // Planck's law through the CIE 1931 observer (c2 = 1.4387769e-2 m K) in linear Rec.709, from 1000 K

@@ -1,3 +1,5 @@
+// The cage of a mesh, from arrays to a refiner of OpenSubdiv.
+
 #include "shims/osd_topology.hpp"
 
 #include <opensubdiv/far/topologyDescriptor.h>

@@ -1,3 +1,5 @@
+// Edits at the end of a Ptex file: faces and metadata that replace earlier ones.
+
 #include "texture/ptex_open.h"
 
 static bool edit_face(CoPtexOpening *opening, uint64_t offset, uint32_t size)

@@ -1,3 +1,5 @@
+// Metadata of a Ptex file.
+
 #include "texture/ptex_open.h"
 
 // Bytes of one element of each metadata type.

@@ -1,3 +1,5 @@
+// All texels of a face at one resolution, whichever the file stores.
+
 #include "texture/half.h"
 #include "texture/ptex_block.h"
 

@@ -1,3 +1,5 @@
+// Embree's side of bench_build: trees, their cost, and rays through them.
+
 #include "accel/build.h"
 #include "base/clock.h"
 #include "build_figures.h"

@@ -1,3 +1,5 @@
+// Costs of bench_stability: contests of kernels that take turns on the same rays.
+
 #include "plain_kernel.h"
 #include "stability.h"
 #include "timing.h"

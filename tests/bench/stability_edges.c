@@ -1,3 +1,5 @@
+// Rays of bench_stability at edges and vertices of closed meshes.
+
 #include "base/parallel.h"
 #include "stability.h"
 

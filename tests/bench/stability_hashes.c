@@ -1,3 +1,5 @@
+// Hashes of bench_stability: hits on slivers and coincident quads, over all kernels and two trees.
+
 #include "base/parallel.h"
 #include "stability.h"
 

@@ -1,3 +1,5 @@
+// Soups of bench_stability: 48 triangles each, every hit judged against all of them.
+
 #include "base/parallel.h"
 #include "stability.h"
 

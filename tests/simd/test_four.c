@@ -1,3 +1,5 @@
+// Four floats of one thing: NaN in minima, signs and choices, the spare fourth.
+
 #include "simd/four.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+// UTF-8, and which characters identifiers may have.
+
 #include "lex/scan.h"
 #include "lex/xid_table.h"
 

@@ -1,3 +1,5 @@
+// Dictionaries: { type key = value; ... }, nested, sorted by key.
+
 #include "parse/parser.h"
 
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// Keywords, names of types, strings and assets.
+
 #include "parse/parser.h"
 
 #include <string.h>

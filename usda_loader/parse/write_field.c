@@ -1,3 +1,5 @@
+// Fields as text: metadata, list ops, arcs.
+
 #include "parse/writer.h"
 
 #include <inttypes.h>

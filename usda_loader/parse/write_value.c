@@ -1,3 +1,5 @@
+// Values as text: numbers in their shortest form, arrays, edits, splines, dictionaries.
+
 #include "parse/writer.h"
 
 #include "lex/scan.h"

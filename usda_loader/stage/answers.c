@@ -1,3 +1,5 @@
+// Answers that had to be worked out, kept behind one lock for as long as the stage lives.
+
 #include "stage/stage_data.h"
 
 #include "base/hash.h"

@@ -1,3 +1,5 @@
+// Values as numbers and text, with a fallback.
+
 #include "stage/stage_data.h"
 
 #include "lex/number.h"

@@ -1,3 +1,5 @@
+// Prims: by path, their relatives, kinds, variants and opinions.
+
 #include "stage/stage_data.h"
 
 #include "compose/fields.h"

@@ -1,3 +1,5 @@
+// Properties of a prim: names in their order, kinds, and the opinions on each.
+
 #include "stage/stage_data.h"
 
 #include "compose/fields.h"

@@ -1,3 +1,5 @@
+// Opening and closing a stage; what is known of all of it.
+
 #include "stage/stage_data.h"
 
 #include "compose/fields.h"
