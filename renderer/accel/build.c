@@ -237,7 +237,9 @@ static void free_build(Build *build)
 
 uint32_t co_build_threads(size_t count)
 {
-    return count <= ALONE ? 1 : count < SHORT ? co_worker_count_at_hand() : co_worker_count();
+    if (count <= ALONE || co_in_parallel())
+        return 1;
+    return count < SHORT ? co_worker_count_at_hand() : co_worker_count();
 }
 
 bool co_tree_build(CoPrimArray *prims, const CoLeafRule *rule, CoTreeParts *out, CohortError *err)

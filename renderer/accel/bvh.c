@@ -30,6 +30,20 @@ static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count,
     return true;
 }
 
+// True only when there are more, found with fewer steps where no two are shared: points that differ
+// in their last bits do differ.
+static bool has_many_points(const CoMesh *mesh, const uint32_t *tris, size_t count)
+{
+    uint64_t bits = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t tri[3];
+        co_mesh_triangle(mesh, tris[i], tri);
+        for (size_t c = 0; c < 3; c++)
+            bits |= (uint64_t)1 << tri[c] % 64;
+    }
+    return __builtin_popcountll(bits) > CO_LEAF_WIDTH;
+}
+
 static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
 {
     memcpy(out, bytes, count);
@@ -93,7 +107,8 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
     CoLeafCorners corners;
     for (size_t i = 0; i < count; i++)
         out->ids[i] = prims[i].id;
-    if (!share_points(mesh, out->ids, count, &corners))
+    if ((3 * count > CO_LEAF_WIDTH && has_many_points(mesh, out->ids, count)) ||
+        !share_points(mesh, out->ids, count, &corners))
         return false;
     co_leaf_sort(out->ids, count);
     out->count = (uint32_t)count;

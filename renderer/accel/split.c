@@ -3,7 +3,8 @@
 #include <float.h>
 
 enum {
-    STRAYS = 64 // looked at between swaps
+    STRAYS = 64, // looked at between swaps
+    FEW = 63     // bits
 };
 
 static inline CoBox4 prim_box(const CoBuildPrim *prim)
@@ -95,11 +96,11 @@ typedef struct Filling {
 } Filling;
 
 // NaN, from a difference that overflows and a scale of 0, is in bin 0.
-static inline void fill_one(CoBins *bins, const Filling *filling, const CoBuildPrim *prim)
+static inline void fill_one(CoBins *bins, const Filling *filling, const CoBuildPrim *prim,
+                            int32_t at[4])
 {
     CoBox4 box = prim_box(prim);
     Co4 x = co4_mul(co4_sub(centroid(&box), filling->origin), filling->scale);
-    int32_t at[4];
     co4_truncate(co4_min(co4_max(x, co4_set1(0.0f)), filling->last), at);
     for (int k = 0; k < 3; k++) {
         CoBin *bin = &bins->of[k][(uint32_t)at[k]];
@@ -115,12 +116,28 @@ void co_bins_fill(CoBins *bins, const CoBinning *binning, const CoBuildPrim *pri
     const Filling filling = {co4_load(binning->origin), co4_load(binning->scale),
                              co4_set1((float)(binning->used - 1))};
     size_t half = count / 2;
+    int32_t at[4];
     for (size_t i = 0; i < half; i++) {
-        fill_one(bins, &filling, &prims[i]);
-        fill_one(bins, &filling, &prims[half + i]);
+        fill_one(bins, &filling, &prims[i], at);
+        fill_one(bins, &filling, &prims[half + i], at);
     }
     if (count & 1)
-        fill_one(bins, &filling, &prims[count - 1]);
+        fill_one(bins, &filling, &prims[count - 1], at);
+}
+
+// The same of few, and says in which bins they are.
+static void fill_few(CoBins *bins, const CoBinning *binning, const CoBuildPrim *prims, size_t count,
+                     int32_t at[FEW][4])
+{
+    const Filling filling = {co4_load(binning->origin), co4_load(binning->scale),
+                             co4_set1((float)(binning->used - 1))};
+    size_t half = count / 2;
+    for (size_t i = 0; i < half; i++) {
+        fill_one(bins, &filling, &prims[i], at[i]);
+        fill_one(bins, &filling, &prims[half + i], at[half + i]);
+    }
+    if (count & 1)
+        fill_one(bins, &filling, &prims[count - 1], at[count - 1]);
 }
 
 // Minima, maxima and counts: the order of merging does not show.
@@ -334,10 +351,47 @@ void co_split_give(const CoSplit *split, const CoBuildPrim *prims, const CoRange
     }
 }
 
+static void swap(CoBuildPrim *x, CoBuildPrim *y)
+{
+    CoBuildPrim moved = *x;
+    *x = *y;
+    *y = moved;
+}
+
+// As co_split_move().
+static void move_few(const CoSplit *split, CoBuildPrim *prims, size_t count, int32_t at[FEW][4])
+{
+    const int32_t last = (int32_t)split->edge - 1;
+    uint64_t right = 0, front = ((uint64_t)1 << split->left) - 1;
+    for (size_t i = 0; i < count; i++)
+        right |= (uint64_t)(at[i][split->axis] > last) << i;
+    uint64_t a = right & front, b = ~right & ~front;
+    for (; a; a &= a - 1, b &= b - 1)
+        swap(&prims[__builtin_ctzll(a)], &prims[__builtin_ctzll(b)]);
+}
+
+static void split_few(CoBuildPrim *prims, const CoRange *range, CoRange halves[2])
+{
+    int32_t at[FEW][4];
+    CoBins bins;
+    CoBox4 centroids = co_centroid_box(prims, range->count);
+    CoBinning binning = co_binning_over(&centroids, range->count);
+    co_bins_clear(&bins, binning.used);
+    fill_few(&bins, &binning, prims, range->count, at);
+    CoSplit split = co_split_choose(&bins, &binning, &range->box);
+    if (split.axis >= 0)
+        move_few(&split, prims, range->count, at);
+    co_split_give(&split, prims, range, halves);
+}
+
 void co_split_range(CoBuildPrim *prims, const CoRange *range, CoRange halves[2])
 {
     CoSplit split = {.axis = -1};
     CoBuildPrim *mine = prims + range->first;
+    if (range->count <= FEW && range->depth < CO_SPLIT_DEPTH) {
+        split_few(mine, range, halves);
+        return;
+    }
     if (range->depth < CO_SPLIT_DEPTH) {
         CoBox4 centroids = co_centroid_box(mine, range->count);
         CoBinning binning = co_binning_over(&centroids, range->count);
