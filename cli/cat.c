@@ -7,8 +7,6 @@
 
 #include "cohort/usda.h"
 
-#include <stdio.h>
-
 static bool flatten(const char *in, const char *out, const StageOptions *which,
                     const CohortStageOptions *options, Messages *messages, CohortError *err)
 {
@@ -31,17 +29,13 @@ int command_cat(int argc, char **argv)
         STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
-    enum { COUNT = sizeof table / sizeof table[0] };
-    int first, code = options_parse("cat", table, COUNT, argc, argv, &first);
-    if (code)
+    static const CommandHead head = {
+        "cat", "cohort cat LAYER [options]\n\nWrites a USD text layer back as USDA.\n\n", NULL, 1,
+        "one layer"};
+    int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
+                                    argv, &first);
+    if (code >= 0)
         return code;
-    if (wants_help) {
-        printf("cohort cat LAYER [options]\n\nWrites a USD text layer back as USDA.\n\n");
-        options_help(table, COUNT);
-        return EXIT_WRITTEN;
-    }
-    if (argc - first != 1)
-        return usage_error("cat", "expected one layer, got %d", argc - first);
     if (!is_flat && stage_options_compose(&which))
         return usage_error("cat", "what a stage is composed of is asked for without --flatten");
     CohortError err = {0};

@@ -287,21 +287,13 @@ int command_check(int argc, char **argv)
         STAGE_OPTION_ROWS(options.which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
-    enum {
-        COUNT = sizeof table / sizeof table[0]
-    };
-    int first, code = options_parse("check", table, COUNT, argc, argv, &first);
-    if (code)
-        return code;
-    if (wants_help) {
-        printf(
-            "cohort check STAGE [options]\n\nSays what is broken in a stage and what will not be "
-            "honored.\nExit status: 0 sound (warnings at most), 1 errors, 2 usage, 3 cannot be "
-            "read.\n\n");
-        options_help(table, COUNT);
-        return EXIT_WRITTEN;
-    }
-    if (argc - first != 1)
-        return usage_error("check", "expected one stage, got %d", argc - first);
-    return run(argv[first], &options);
+    static const CommandHead head = {
+        "check",
+        "cohort check STAGE [options]\n\nSays what is broken in a stage and what will not be "
+        "honored.\nExit status: 0 sound (warnings at most), 1 errors, 2 usage, 3 cannot be "
+        "read.\n\n",
+        NULL, 1, "one stage"};
+    int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
+                                    argv, &first);
+    return code >= 0 ? code : run(argv[first], &options);
 }

@@ -82,20 +82,17 @@ int command_diff(int argc, char **argv)
          "largest relMSE that counts as equal; 0 = every bit equal (the default)"},
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
-    enum { COUNT = sizeof table / sizeof table[0] };
-    int first, code = options_parse("diff", table, COUNT, argc, argv, &first);
-    if (code)
+    static const CommandHead head = {
+        "diff",
+        "cohort diff A.exr B.exr [options]\n\n"
+        "Prints relMSE = mean (A - B)^2 / (B^2 + 0.01) of R, G, B, the largest difference of\n"
+        "any channel, and how many values differ in any bit. Exit code 0: equal within the\n"
+        "tolerance, 1: not, 2: usage, 3: a file cannot be read.\n\n",
+        NULL, 2, "two images"};
+    int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
+                                    argv, &first);
+    if (code >= 0)
         return code;
-    if (wants_help) {
-        printf("cohort diff A.exr B.exr [options]\n\n"
-               "Prints relMSE = mean (A - B)^2 / (B^2 + 0.01) of R, G, B, the largest difference of\n"
-               "any channel, and how many values differ in any bit. Exit code 0: equal within the\n"
-               "tolerance, 1: not, 2: usage, 3: a file cannot be read.\n\n");
-        options_help(table, COUNT);
-        return EXIT_WRITTEN;
-    }
-    if (argc - first != 2)
-        return usage_error("diff", "expected two images, got %d", argc - first);
     CohortError err = {0};
     CohortImage a = {0}, b = {0};
     code = EXIT_LOAD;

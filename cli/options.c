@@ -151,3 +151,20 @@ void options_help(const Option *table, size_t count)
             printf("%-34s%s\n", left, o->help);
     }
 }
+
+int options_begin(const CommandHead *head, const Option *table, size_t count,
+                  const bool *wants_help, int argc, char **argv, int *first)
+{
+    int code = options_parse(head->name, table, count, argc, argv, first);
+    if (code)
+        return code;
+    if (*wants_help) {
+        fputs(head->about, stdout);
+        options_help(table, count);
+        fputs(head->notes ? head->notes : "", stdout);
+        return EXIT_WRITTEN;
+    }
+    if (argc - *first != head->operands)
+        return usage_error(head->name, "expected %s, got %d", head->what, argc - *first);
+    return -1;
+}

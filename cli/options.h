@@ -41,4 +41,17 @@ int options_parse(const char *command, const Option *table, size_t count, int ar
 // Prints the table to standard output.
 void options_help(const Option *table, size_t count);
 
+// What a sub-command says of itself, and what it takes beside options.
+typedef struct CommandHead {
+    const char *name;
+    const char *about, *notes; // in its help, above and below the options; notes may be NULL
+    int operands;
+    const char *what; // they are: "one stage"
+} CommandHead;
+
+// Parses, shows the help where *wants_help became true, and counts the operands. Returns -1 to go on with
+// argv[*first], else the exit code.
+int options_begin(const CommandHead *head, const Option *table, size_t count,
+                  const bool *wants_help, int argc, char **argv, int *first);
+
 #endif

@@ -114,18 +114,11 @@ int render_options_parse(int argc, char **argv, RenderOptions *o, const char **s
         {"verbose", 'v', OPTION_FLAG, &o->is_verbose, 0, 0, NULL, NULL, "name everything that is not honored, prim by prim"},
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
-    enum { COUNT = sizeof table / sizeof table[0] };
-    int first, code = options_parse("render", table, COUNT, argc, argv, &first);
-    if (code)
+    static const CommandHead head = {"render", usage, exit_codes, 1, "one stage"};
+    int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
+                                    argv, &first);
+    if (code >= 0)
         return code;
-    if (wants_help) {
-        fputs(usage, stdout);
-        options_help(table, COUNT);
-        fputs(exit_codes, stdout);
-        return EXIT_WRITTEN;
-    }
-    if (argc - first != 1)
-        return usage_error("render", "expected one stage, got %d", argc - first);
     *stage = argv[first];
     code = check(o);
     return code ? code : -1;

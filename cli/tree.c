@@ -87,20 +87,14 @@ int command_tree(int argc, char **argv)
         STAGE_OPTION_ROWS(which),
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
-    enum {
-        COUNT = sizeof table / sizeof table[0]
-    };
-    int first, code = options_parse("tree", table, COUNT, argc, argv, &first);
-    if (code)
+    static const CommandHead head = {
+        "tree",
+        "cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and arcs.\n\n", NULL,
+        1, "one stage"};
+    int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
+                                    argv, &first);
+    if (code >= 0)
         return code;
-    if (wants_help) {
-        printf("cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and "
-               "arcs.\n\n");
-        options_help(table, COUNT);
-        return EXIT_WRITTEN;
-    }
-    if (argc - first != 1)
-        return usage_error("tree", "expected one stage, got %d", argc - first);
     CohortError err = {0};
     Messages messages = {0};
     CohortStageOptions options = {.report = messages_report, .cookie = &messages};

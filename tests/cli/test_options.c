@@ -61,7 +61,8 @@ static void values_arrive(void **state)
 {
     (void)state;
     Values v;
-    assert_int_equal(parse(&v, "a -f --whole=-5 --number 1e-3 -t x --choice two b -i 1 --item 2"), 0);
+    assert_int_equal(parse(&v, "a -f --whole=-5 --number 1e-3 -t x --choice two b -i 1 --item 2"),
+                     0);
     assert_true(v.flag && v.whole == -5 && v.number == 1e-3);
     assert_string_equal(v.text, "x");
     assert_string_equal(v.choice, "two");
@@ -77,8 +78,9 @@ static void sizes_have_units(void **state)
     static const struct {
         const char *text;
         int64_t bytes;
-    } cases[] = {{"0", 0},           {"12", 12},           {"12B", 12},      {"1K", 1024},
-                 {"1.5k", 1536},     {"2M", 2 << 20},      {"1GB", 1 << 30}, {"1GiB", 1 << 30}, {"1T", (int64_t)1 << 40},
+    } cases[] = {{"0", 0},         {"12", 12},        {"12B", 12},
+                 {"1K", 1024},     {"1.5k", 1536},    {"2M", 2 << 20},
+                 {"1GB", 1 << 30}, {"1GiB", 1 << 30}, {"1T", (int64_t)1 << 40},
                  {"0.5g", 1 << 29}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         Values v;
@@ -150,12 +152,40 @@ static void lists_are_finite(void **state)
     assert_non_null(strstr(said, "64 times"));
 }
 
+// Options first, then operands: one too few, as many as there shall be, one too many.
+static void operands_are_counted(void **state)
+{
+    (void)state;
+    bool flag = false, wants_help = false;
+    const Option table[] = {{"flag", 'f', OPTION_FLAG, &flag, 0, 0, NULL, NULL, "a flag"},
+                            {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"}};
+    const CommandHead head = {"test", "about\n", NULL, 2, "two things"};
+    char command[] = "test", a[] = "a", b[] = "b", c[] = "c", option[] = "-f", none[] = "--none";
+    for (int operands = 0; operands <= 3; operands++) {
+        char *argv[] = {command, a, option, b, c, NULL};
+        char *fewer[] = {command, option, a, NULL};
+        int first = 0, argc = 2 + operands;
+        int code =
+            options_begin(&head, table, 2, &wants_help, argc, operands < 2 ? fewer : argv, &first);
+        assert_int_equal(code, operands == 2 ? -1 : EXIT_USAGE);
+        assert_true(flag);
+        if (operands == 2)
+            assert_true(first == 2 && strcmp(argv[first], "a") == 0 && strcmp(argv[3], "b") == 0);
+        else
+            assert_non_null(strstr(said, "expected two things"));
+    }
+    char *bad[] = {command, none, NULL};
+    int first;
+    assert_int_equal(options_begin(&head, table, 2, &wants_help, 2, bad, &first), EXIT_USAGE);
+    assert_non_null(strstr(said, "not an option"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_arrive),      cmocka_unit_test(sizes_have_units),
-        cmocka_unit_test(refusals),           cmocka_unit_test(trailing_blanks_are_no_unit),
-        cmocka_unit_test(lists_are_finite),
+        cmocka_unit_test(values_arrive),    cmocka_unit_test(sizes_have_units),
+        cmocka_unit_test(refusals),         cmocka_unit_test(trailing_blanks_are_no_unit),
+        cmocka_unit_test(lists_are_finite), cmocka_unit_test(operands_are_counted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
