@@ -429,6 +429,10 @@ void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)
     bvh->points = mesh->points;
     bvh->last_point = mesh->point_count - 1;
     bvh->plans = co_grid_plans(mesh->patches);
+    bvh->grid = co_grid_is_numbered(mesh->patches) ? CO_GRID_NUMBERED
+                : co_grid_is_list(mesh->patches)   ? CO_GRID_LIST
+                : co_grid_is_block(mesh->patches)  ? CO_GRID_BLOCK
+                                                   : CO_GRID_TILE;
     bvh->block_shift = co_grid_block_shift(mesh->patches);
     if (co_grid_is_block(mesh->patches)) {
         bvh->leaf_at = (const void *)mesh->patches->words;

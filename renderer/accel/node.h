@@ -115,6 +115,14 @@ typedef struct CoBvhBlock {
     size_t used; // bytes
 } CoBvhBlock;
 
+// What leaves of patches are, see grid_leaf.h.
+typedef enum CoGridLeafKind {
+    CO_GRID_BLOCK = 0,
+    CO_GRID_TILE,
+    CO_GRID_LIST,
+    CO_GRID_NUMBERED
+} CoGridLeafKind;
+
 struct CoBvh {
     CoTree tree;
     unsigned char *leaves;
@@ -126,6 +134,7 @@ struct CoBvh {
     // Of a mesh of patches, whose leaves are those of grid_leaf.h; else NULL.
     const CoPatchTable *patches;
     const struct CoGridPlan *plans; // see grid_plan.h
+    CoGridLeafKind grid;
     uint32_t block_shift;           // log2 of blocks of a patch, where these are leaves
     const float *points;
     uint32_t last_point;

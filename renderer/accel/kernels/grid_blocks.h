@@ -359,19 +359,17 @@ static inline CoTriLeaf open_numbered(const CoBvh *bvh, uint32_t ref, GridBlock 
 #include "accel/kernels/grid_lists.h"
 
 // Returns true when the ray needs no more.
-static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, const CoBvh *bvh,
-                                                      uint32_t ref, uint32_t path)
+static __attribute__((noinline)) bool trace_grid_leaf(Group *group, Ray *ray, const Shear *shear,
+                                                      const CoBvh *bvh, uint32_t ref, uint32_t path)
 {
     GridBlock block;
-    Shear shear;
-    shear_load(ray, &shear);
-    if (co_grid_has_tiles(bvh->patches))
-        return trace_tile(group, ray, &shear, bvh, ref, path);
-    if (co_grid_is_list(bvh->patches))
-        return trace_list(group, ray, &shear, bvh, ref, path);
-    const CoTriLeaf leaf = co_grid_is_numbered(bvh->patches) ? open_numbered(bvh, ref, &block)
-                                                             : open_block(bvh, ref, &block);
-    return trace_block(group, ray, &shear, &leaf, block.valid, path);
+    if (bvh->grid == CO_GRID_TILE)
+        return trace_tile(group, ray, shear, bvh, ref, path);
+    if (bvh->grid == CO_GRID_LIST)
+        return trace_list(group, ray, shear, bvh, ref, path);
+    const CoTriLeaf leaf = bvh->grid == CO_GRID_NUMBERED ? open_numbered(bvh, ref, &block)
+                                                         : open_block(bvh, ref, &block);
+    return trace_block(group, ray, shear, &leaf, block.valid, path);
 }
 
 #endif

@@ -95,15 +95,17 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
     if ((active & (active - 1)) == 0) {
         uint32_t j = (uint32_t)__builtin_ctzll(active);
         Ray ray;
+        Shear shear;
         take_single(ask->rays, j, ask->slabs, ask->walk, &ray);
-        trace_grid_leaf(ask->group, &ray, bvh, ref, ask->walk->path);
+        shear_load(&ray, &shear);
+        trace_grid_leaf(ask->group, &ray, &shear, bvh, ref, ask->walk->path);
         rays_settle(ask->rays, j, ray.to);
-    } else if (co_grid_has_tiles(bvh->patches)) {
+    } else if (bvh->grid == CO_GRID_TILE) {
         stream_tile(ask, active, ref);
-    } else if (co_grid_is_list(bvh->patches)) {
+    } else if (bvh->grid == CO_GRID_LIST) {
         stream_list(ask, active, ref);
     } else {
-        const CoTriLeaf leaf = co_grid_is_numbered(bvh->patches) ? open_numbered(bvh, ref, &block)
+        const CoTriLeaf leaf = bvh->grid == CO_GRID_NUMBERED ? open_numbered(bvh, ref, &block)
                                                                  : open_block(bvh, ref, &block);
         stream_triangles(ask, active, &leaf, leaf.count, block.valid);
     }

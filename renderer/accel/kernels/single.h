@@ -213,7 +213,7 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
             ends = &own;
             bvh = NULL;
         } else if (bvh) {
-            if (bvh->patches ? trace_grid_leaf(group, ray, bvh, ref, path)
+            if (bvh->patches ? trace_grid_leaf(group, ray, &shear, bvh, ref, path)
                              : trace_leaf(group, ray, &shear, bvh, ref, path)) {
                 below += visited - before;
                 break;
