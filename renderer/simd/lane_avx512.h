@@ -141,6 +141,14 @@ static inline CoWideMask co_wide_mask(uint32_t bits)
 {
     return (__mmask16)bits;
 }
+static inline void co_wide_load_points(const float *points, const uint32_t *index, CoWide out[3])
+{
+    CoLane low[3], high[3];
+    co_lane_load_points(points, index, low);
+    co_lane_load_points(points, index + CO_LANE_WIDTH, high);
+    for (int c = 0; c < 3; c++)
+        out[c] = _mm512_insertf32x8(_mm512_castps256_ps512(low[c]), high[c], 1);
+}
 // Bits above the place do not count.
 static inline CoWide co_wide_lookup16(const CoWide *table, const uint8_t *places, uint32_t i)
 {

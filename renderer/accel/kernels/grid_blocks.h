@@ -37,11 +37,12 @@ static inline void number_rows(GridBlock *block, uint32_t low, uint32_t high)
 
 static inline CoTriLeaf gather_block(GridBlock *block, const float *mesh_points)
 {
-    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
-        CoLane p[3];
-        co_lane_load_points(mesh_points, block->index + i, p);
+    // Stored as they are loaded later, or that would wait.
+    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_WIDE_WIDTH) {
+        CoWide p[3];
+        co_wide_load_points(mesh_points, block->index + i, p);
         for (int k = 0; k < 3; k++)
-            co_lane_store(block->points[k] + i, p[k]);
+            co_wide_store(block->points[k] + i, p[k]);
     }
     return (CoTriLeaf){block->count,
                        CO_LEAF_WIDTH,
