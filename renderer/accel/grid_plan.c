@@ -24,6 +24,24 @@
     (TRI_EDGE(m, i, j) == 3 ? TRI_INNER(m, i, j) : TRI_EDGE(m, i, j) == 5 ? (j) : (i))
 #define TRI_STEP(m, i, j) (TRI_IS_CORNER(m, i, j) ? 0 : TRI_ALONG(m, i, j))
 
+// ---- Patch k of a triangle, from the words of its face, see co_patch_unfold -------------------
+
+#define LAST(k) (((k) + 2) % 3)
+#define SPOKE(m) ((m)-1)
+#define FOLD_IS_CENTER(m, i, j) ((i) != 0 && (j) != 0)
+#define FOLD_WORD(m, k, i, j) \
+    ((i) == 0 && (j) == 0 ? (k) : FOLD_IS_CENTER(m, i, j) ? 6 : (j) == 0 ? 3 + (k) : 3 + LAST(k))
+#define FOLD_INNER(m, k, i, j) \
+    (1 + 3 * SPOKE(m) + (k)*SPOKE(m) * SPOKE(m) + ((j)-1) * SPOKE(m) + (i)-1)
+#define FOLD_STEP(m, k, i, j) \
+    ((i) == 0 && (j) == 0       ? 0 \
+     : (j) == 0                 ? (i) \
+     : (i) == 0                 ? 2 * (m) - (j) \
+     : (i) == (m) && (j) == (m) ? 0 \
+     : (i) == (m)               ? (k)*SPOKE(m) + (j) \
+     : (j) == (m)               ? LAST(k) * SPOKE(m) + (i) \
+                                : FOLD_INNER(m, k, i, j))
+
 // ---- Blocks ------------------------------------------------------------------------------------
 
 // clang-format off
@@ -52,6 +70,26 @@ static const CoGridPlan quads_2[] = {QUAD_PLAN(4, 0, 0), QUAD_PLAN(4, 0, 2)};
 static const CoGridPlan quads_3[] = {
     QUAD_PLAN(8, 0, 0), QUAD_PLAN(8, 4, 0), QUAD_PLAN(8, 0, 2), QUAD_PLAN(8, 4, 2),
     QUAD_PLAN(8, 0, 4), QUAD_PLAN(8, 4, 4), QUAD_PLAN(8, 0, 6), QUAD_PLAN(8, 4, 6)};
+
+// By patch of the face.
+#define FOLD3(F, m, k, j) F(m, k, 0, j), F(m, k, 1, j), F(m, k, 2, j)
+#define FOLDS3(F, m, k) {FOLD3(F, m, k, 0), FOLD3(F, m, k, 1), FOLD3(F, m, k, 2)}
+#define FOLD5(F, m, k, i, j) F(m, k, i, j), F(m, k, i + 1, j), F(m, k, i + 2, j), \
+    F(m, k, i + 3, j), F(m, k, i + 4, j)
+#define FOLDS5(F, m, k, i, j) {FOLD5(F, m, k, i, j), FOLD5(F, m, k, i, j + 1), \
+    FOLD5(F, m, k, i, j + 2)}
+#define SMALL_FOLD_PLAN(k) \
+    {FOLDS3(FOLD_WORD, 2, k), FOLDS3(FOLD_STEP, 2, k), NARROW, 0, 4, 8, 0, 0xff, {0}}
+#define FOLD_PLAN(m, k, i, j) \
+    {FOLDS5(FOLD_WORD, m, k, i, j), FOLDS5(FOLD_STEP, m, k, i, j), BROAD, \
+     2 * ((m) * (j) + (i)), 2 * ((m) * ((j) + 1) + (i)), 16, 0, 0xffff, {0}}
+#define FOLD_PAIR(k) FOLD_PLAN(4, k, 0, 0), FOLD_PLAN(4, k, 0, 2)
+#define FOLD_TILE(k) \
+    FOLD_PLAN(8, k, 0, 0), FOLD_PLAN(8, k, 4, 0), FOLD_PLAN(8, k, 0, 2), FOLD_PLAN(8, k, 4, 2), \
+    FOLD_PLAN(8, k, 0, 4), FOLD_PLAN(8, k, 4, 4), FOLD_PLAN(8, k, 0, 6), FOLD_PLAN(8, k, 4, 6)
+static const CoGridPlan folds_1[] = {SMALL_FOLD_PLAN(0), SMALL_FOLD_PLAN(1), SMALL_FOLD_PLAN(2)};
+static const CoGridPlan folds_2[] = {FOLD_PAIR(0), FOLD_PAIR(1), FOLD_PAIR(2)};
+static const CoGridPlan folds_3[] = {FOLD_TILE(0), FOLD_TILE(1), FOLD_TILE(2)};
 
 // 4 triangles over 6 points, row by row, in a block of two patches.
 static const CoGridPlan triangles_1[] = {
@@ -83,7 +121,11 @@ const CoGridPlan *co_grid_plans(const CoPatchTable *table)
 {
     const CoGridPlan *const quads[] = {NULL, quads_1, quads_2, quads_3};
     const CoGridPlan *const triangles[] = {NULL, triangles_1, triangles_2, triangles_3};
+    const CoGridPlan *const folds[] = {NULL, folds_1, folds_2, folds_3};
     if (table->is_mixed || table->first_tri || table->level > 3)
         return NULL;
-    return table->is_triangular ? triangles[table->level] : quads[table->level];
+    const CoGridPlan *const *by_level = table->fold            ? folds
+                                        : table->is_triangular ? triangles
+                                                               : quads;
+    return by_level[table->level];
 }

@@ -224,15 +224,12 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     return gather_block(block, bvh->points);
 }
 
-// The same by plan.
-static inline CoTriLeaf open_planned(const CoBvh *bvh, uint32_t patch, uint32_t place,
-                                     GridBlock *block)
+// The same by plan, from the words of a patch or of its face.
+static inline CoTriLeaf open_planned(const CoBvh *bvh, const uint32_t *words, uint32_t patch,
+                                     uint32_t place, GridBlock *block)
 {
-    const CoPatchTable *table = bvh->patches;
     const CoGridPlan *plan = &bvh->plans[place];
-    uint32_t room[CO_PATCH_WORDS] = {0};
-    const uint32_t *words = co_patch_words(table, patch, room);
-    const int32_t first_tri = (int32_t)(patch << table->unit_shift);
+    const int32_t first_tri = (int32_t)(patch << bvh->patches->unit_shift);
     for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH)
         co_lane_along(words, plan->word + i, plan->step + i, block->index + i);
     block->count = plan->count;
@@ -241,6 +238,21 @@ static inline CoTriLeaf open_planned(const CoBvh *bvh, uint32_t patch, uint32_t 
     CoTriLeaf leaf = gather_block(block, bvh->points);
     leaf.corner = plan->corner;
     return leaf;
+}
+
+// A block of a tile.
+static inline CoTriLeaf open_planned_tile(const CoBvh *bvh, const CoGridLeaf *tile, uint32_t place,
+                                          GridBlock *block)
+{
+    const CoPatchTable *table = bvh->patches;
+    if (!table->fold) {
+        const uint32_t *words = table->words + (size_t)tile->patch * table->stride;
+        return open_planned(bvh, words, tile->patch, place, block);
+    }
+    const uint32_t face = tile->patch / 3, k = tile->patch % 3; // 0 where the tile is the face
+    const uint32_t *words = table->words + (size_t)face * table->stride;
+    const uint32_t within = table->level == 3 ? k : place >> (table->level - 1);
+    return open_planned(bvh, words, 3 * face + within, 8 * k + place, block);
 }
 
 // One bit per block that the ray enters, as slab_node has it.
@@ -281,12 +293,8 @@ static inline CoTriLeaf open_tile_block(const CoBvh *bvh, const CoGridLeaf *tile
                                         GridBlock *block)
 {
     uint32_t at[2];
-    if (co_grid_has_faces(bvh->patches)) {
-        uint32_t patch = co_grid_face_block_at(co_grid_blocks(tile), place, at);
-        return open_planned(bvh, tile->patch + patch, at[1] / 2, block);
-    }
     if (bvh->plans)
-        return open_planned(bvh, tile->patch, place, block);
+        return open_planned_tile(bvh, tile, place, block);
     co_grid_block_at(co_grid_blocks(tile), place, at);
     if (tile->blocks & CO_TILE_PLACED) {
         at[0] += tile->at[0];
@@ -336,7 +344,9 @@ static inline CoTriLeaf open_block(const CoBvh *bvh, uint32_t ref, GridBlock *bl
     const uint32_t origin[2] = {0, 0}, number = ref & CO_REF_LEAF_PLACE;
     if (bvh->plans) {
         const uint32_t shift = bvh->block_shift;
-        return open_planned(bvh, number >> shift, number & ((1u << shift) - 1u), block);
+        const uint32_t patch = number >> shift;
+        const uint32_t *words = bvh->patches->words + (size_t)patch * bvh->patches->stride;
+        return open_planned(bvh, words, patch, number & ((1u << shift) - 1u), block);
     }
     return open_squares(bvh, number, origin, block);
 }
