@@ -1,9 +1,9 @@
 // Render buffers: every format and size, before the first round, mapped and not, and written upside
 // down.
 
+#include "delegate_fixture.h"
 #include "fake_renderer.h"
 
-#include "base/memory.h"
 #include "pass/render_buffer.h"
 
 #include <math.h>
@@ -13,21 +13,10 @@
 
 #include <cmocka.h>
 
-static CohortDelegate *delegate;
-
 static int setup(void **state)
 {
-    (void)state;
     fake_reset();
-    delegate = cohort_delegate_create(NULL);
-    return delegate ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
+    return setup_delegate(state);
 }
 
 static const CohortFormat formats[] = {COHORT_FORMAT_FLOAT32, COHORT_FORMAT_FLOAT32_VEC3,
@@ -202,13 +191,17 @@ static void test_buffers_are_destroyed_in_any_order(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_every_format_begins_at_zero, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_sizes_and_formats_are_checked, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_failing_memory_makes_no_buffer, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_clearing_takes_the_value_of_the_aov, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_rows_are_turned_over, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_maps_keep_what_they_gave, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_buffers_are_destroyed_in_any_order, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_every_format_begins_at_zero, setup, teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_sizes_and_formats_are_checked, setup,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_failing_memory_makes_no_buffer, setup,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_clearing_takes_the_value_of_the_aov, setup,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_rows_are_turned_over, setup, teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_maps_keep_what_they_gave, setup, teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_buffers_are_destroyed_in_any_order, setup,
+                                        teardown_delegate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

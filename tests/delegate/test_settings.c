@@ -1,6 +1,6 @@
 // Settings: one table, typed values, no restart for nothing.
 
-#include "cohort/delegate.h"
+#include "delegate_fixture.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -8,22 +8,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static CohortDelegate *delegate;
-
-static int setup(void **state)
-{
-    (void)state;
-    delegate = cohort_delegate_create(NULL);
-    return delegate ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return 0;
-}
 
 static void test_table_is_consistent(void **state)
 {
@@ -126,11 +110,16 @@ static void test_switches_reach_the_renderer(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_table_is_consistent, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_equal_value_is_no_change, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_aliases_reach_the_renderer, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bad_values_are_named, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_switches_reach_the_renderer, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_table_is_consistent, setup_delegate,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_equal_value_is_no_change, setup_delegate,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_aliases_reach_the_renderer, setup_delegate,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_bad_values_are_named, setup_delegate,
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_switches_reach_the_renderer, setup_delegate,
+                                        teardown_delegate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

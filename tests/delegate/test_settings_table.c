@@ -1,9 +1,8 @@
 // The settings table: every row keeps its own promises, at its ends and beyond them, for every type
 // of value.
 
+#include "delegate_fixture.h"
 #include "index/settings.h"
-
-#include "base/memory.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -14,21 +13,11 @@
 #include <cmocka.h>
 
 static const CohortSettingDescriptor *table;
-static CohortDelegate *delegate;
 
 static int setup(void **state)
 {
-    (void)state;
     assert_int_equal(cohort_setting_descriptors(&table), CO_SETTING_COUNT);
-    delegate = cohort_delegate_create(NULL);
-    return delegate ? 0 : 1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cohort_delegate_destroy(delegate);
-    return co_memory_live(CO_MEMORY_DELEGATE) == 0 ? 0 : 1;
+    return setup_delegate(state);
 }
 
 static CohortSettingValue value_of(const char *key)
@@ -159,12 +148,13 @@ static void test_failing_memory_changes_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_every_name_is_one_setting, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_ranges_hold_at_their_ends, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_every_name_is_one_setting, setup, teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_ranges_hold_at_their_ends, setup, teardown_delegate),
         cmocka_unit_test_setup_teardown(test_types_are_converted_where_nothing_is_lost, setup,
-                                        teardown),
-        cmocka_unit_test_setup_teardown(test_choices_are_whole_words, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_failing_memory_changes_nothing, setup, teardown),
+                                        teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_choices_are_whole_words, setup, teardown_delegate),
+        cmocka_unit_test_setup_teardown(test_failing_memory_changes_nothing, setup,
+                                        teardown_delegate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
