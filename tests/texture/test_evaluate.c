@@ -93,18 +93,26 @@ static void all_schedules_give_the_same_bits(void **state)
     co_worker_count_set(0);
 }
 
+// A Ptex file of the folder alone, none of which stays decoded.
+static CoTextures *open_one(const char *name)
+{
+    static Warnings ignored;
+    CohortError err = {0};
+    CoTextures *textures = create_textures(&ignored, 1);
+    CohortTextureDesc desc = {.path = in_folder(name), .color_space = COHORT_COLOR_RAW};
+    assert_int_equal(co_textures_add(textures, &desc, &err), 0);
+    return textures;
+}
+
 static void a_batch_equals_single_evaluations(void **state)
 {
     (void)state;
     write_grid(in_folder("d.ptx"), 3, 4, CO_PTEX_U8, 3);
     CohortError err = {0};
-    Warnings warnings = {0};
-    CoTextures *textures = create_textures(&warnings, 1);
-    CohortTextureDesc desc = {.path = in_folder("d.ptx"), .color_space = COHORT_COLOR_RAW};
-    assert_int_equal(co_textures_add(textures, &desc, &err), 0);
+    CoTextures *textures = open_one("d.ptx");
     make_lookups(1, 9);
     evaluate(textures, CO_LOOKUP_SORTED, 1);
-    CoPtexFile *file = co_ptex_open(desc.path, &err);
+    CoPtexFile *file = co_ptex_open(in_folder("d.ptx"), &err);
     CoPtexDecoder decoder = {0};
     for (int i = 0; i < COUNT; i += 7) {
         const CoLookup *l = &lookups[i];
@@ -165,10 +173,7 @@ static void requests_over_budget_go_to_scratch_files(void **state)
 {
     (void)state;
     CohortError err = {0};
-    Warnings warnings = {0};
-    CoTextures *textures = create_textures(&warnings, 1);
-    CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
-    co_textures_add(textures, &desc, &err);
+    CoTextures *textures = open_one("a.ptx");
     make_lookups(1, 16);
     evaluate(textures, CO_LOOKUP_SORTED, 1);
     memcpy(expected, results, sizeof expected);
@@ -188,11 +193,7 @@ static void blocks_are_read_once_though_kernels_cross(void **state)
 {
     (void)state;
     write_grid(in_folder("e.ptx"), 4, 4, CO_PTEX_U8, 3);
-    CohortError err = {0};
-    Warnings warnings = {0};
-    CoTextures *textures = create_textures(&warnings, 1);
-    CohortTextureDesc desc = {.path = in_folder("e.ptx"), .color_space = COHORT_COLOR_RAW};
-    assert_int_equal(co_textures_add(textures, &desc, &err), 0);
+    CoTextures *textures = open_one("e.ptx");
     for (int i = 0; i < COUNT; i++) // all at corners: four faces each
         lookups[i] =
             (CoLookup){.face = (uint32_t)i % 16, .s = (float)(i & 1), .t = (float)(i >> 1 & 1)};
@@ -260,10 +261,7 @@ static void cancelling_stops_a_batch(void **state)
 {
     (void)state;
     CohortError err = {0};
-    Warnings warnings = {0};
-    CoTextures *textures = create_textures(&warnings, 1);
-    CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
-    co_textures_add(textures, &desc, &err);
+    CoTextures *textures = open_one("a.ptx");
     make_lookups(1, 16);
     volatile int cancel = 1;
     assert_false(co_textures_evaluate(textures, lookups, COUNT, results, CO_LOOKUP_SORTED, &cancel,
@@ -279,10 +277,7 @@ static void senseless_lookups_are_harmless(void **state)
 {
     (void)state;
     CohortError err = {0};
-    Warnings warnings = {0};
-    CoTextures *textures = create_textures(&warnings, 1);
-    CohortTextureDesc desc = {.path = in_folder("a.ptx"), .color_space = COHORT_COLOR_RAW};
-    co_textures_add(textures, &desc, &err);
+    CoTextures *textures = open_one("a.ptx");
     static const float values[] = {0,      1,           -1e30f,       1e38f,
                                    1e-38f, 1.0f / 0.0f, -1.0f / 0.0f, 0.0f / 0.0f};
     for (uint32_t i = 0; i < 512; i++)

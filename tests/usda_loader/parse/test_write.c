@@ -7,15 +7,8 @@
 #include "lex/number.h"
 #include "parse/writer.h"
 
+#include <fcntl.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cmocka.h>
 
 static void numbers_are_short(void **state)
 {
@@ -167,33 +160,18 @@ static void same_spec(const CoSpec *a, const CoSpec *b)
         same_spec(in->variant_sets[i], other->variant_sets[i]);
 }
 
-static char *slurp(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    char *text = malloc(1 << 20);
-    assert_non_null(text);
-    *size = fread(text, 1, (1 << 20) - 1, file);
-    text[*size] = '\0';
-    fclose(file);
-    return text;
-}
-
 static void a_layer_survives_and_is_written_the_same_twice(void **state)
 {
     (void)state;
     static const char in[] = COHORT_TEST_DATA_DIR "/usda/everything.usda";
-    char once[] = "/tmp/cohort-test-XXXXXX", twice[] = "/tmp/cohort-test-XXXXXX";
-    FILE *a = fdopen(mkstemp(once), "wb"), *b = fdopen(mkstemp(twice), "wb");
-    assert_non_null(a);
-    assert_non_null(b);
-    fclose(a);
-    fclose(b);
+    const char *once = in_folder("once.usda"), *twice = in_folder("twice.usda");
     CohortError err = {0};
     assert_true(cohort_layer_cat(in, once, NULL, &err));
     assert_true(cohort_layer_cat(once, twice, NULL, &err));
     size_t first_size, second_size;
-    char *first = slurp(once, &first_size), *second = slurp(twice, &second_size);
+    char *first = test_read_file(once, &first_size);
+    char *second = test_read_file(twice, &second_size);
+    assert_true(first && second);
     assert_int_equal(first_size, second_size);
     assert_memory_equal(first, second, first_size);
     CoLayer *original = co_layer_open(in, NULL, NULL, NULL, &err);
@@ -205,8 +183,6 @@ static void a_layer_survives_and_is_written_the_same_twice(void **state)
     co_layer_destroy(written);
     free(first);
     free(second);
-    remove(once);
-    remove(twice);
 }
 
 // Values of a kind that the field or type is not made for, as far as the reference takes them.
@@ -230,34 +206,30 @@ static void what_is_unusual_is_kept(void **state)
          "(\n    add apiSchemas = None\n)"},
         {"def \"A\" {\n rel r\n varying rel r = </B>\n}\n", "varying rel r = "},
         {"def \"A\" {\n rel r = </B>\n rel r[</C>]\n}\n", "rel r = [</B>]\n"},
+        {"def \"A\" {\n int a = 1\n rel a = [</B>, </C>]\n}\n", "rel a = [</B>, </C>]\n"},
+        {"def \"A\" {\n double x.spline = { bezier, pre: sloped(2), loop: (1, 3, 0, 2, 0.5), 1: 5, "
+         "3: 7 }\n}\n",
+         "loop: (1, 3, 0, 2, 0.5),\n"},
         {"def \"A\" ( customData = { int a = <../../../B> } )\n{}\n", " a = <../../../B>\n"},
         {"( relocates = { </A/B>: <../C> } )\n", "</A/B>: <>,\n"},
         {"def \"A\\0B\" {\n}\n", "def \"A\"\n"},
         {"def \"A\" {\n int[] a = <../../..>\n}\n", "int[] a = <../../..>\n"},
         {"def \"A\" {\n zork a.timeSamples = { 0: </B>, 1: 2, 2: None }\n}\n", "1: 2,\n"},
     };
-    char in[] = "/tmp/cohort-test-XXXXXX", out[] = "/tmp/cohort-test-XXXXXX";
-    FILE *a = fdopen(mkstemp(in), "wb"), *b = fdopen(mkstemp(out), "wb");
-    assert_non_null(a);
-    assert_non_null(b);
-    fclose(a);
-    fclose(b);
+    const char *in = in_folder("in.usda"), *out = in_folder("out.usda");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         CohortError err = {0};
         size_t size;
-        FILE *file = fopen(in, "wb");
-        assert_non_null(file);
-        fprintf(file, "#usda 1.0\n%s", cases[i].text);
-        fclose(file);
+        char whole[512];
+        snprintf(whole, sizeof whole, "#usda 1.0\n%s", cases[i].text);
+        test_write_text(in, whole);
         if (!cohort_layer_cat(in, out, NULL, &err))
             fail_msg("%s: %s", cases[i].text, err.message);
-        char *text = slurp(out, &size);
-        if (!strstr(text, cases[i].says))
-            fail_msg("%s became %s", cases[i].text, text);
+        char *text = test_read_file(out, &size);
+        if (!text || !strstr(text, cases[i].says))
+            fail_msg("%s became %s", cases[i].text, text ? text : "nothing");
         free(text);
     }
-    remove(in);
-    remove(out);
 }
 
 static void strings_survive(void **state)
@@ -274,26 +246,24 @@ static void strings_survive(void **state)
     CohortError err;
     CoLayer *layer = parse_bytes(source, strlen(source), NULL, &reports, &err);
     assert_non_null(layer);
-    char path[] = "/tmp/cohort-test-XXXXXX";
-    FILE *file = fdopen(mkstemp(path), "wb");
-    assert_non_null(file);
-    fclose(file);
+    const char *path = in_folder("strings.usda");
     assert_true(co_layer_write(layer, path, &err));
     CoLayer *back = co_layer_open(path, NULL, NULL, NULL, &err);
     assert_non_null(back);
     same_spec(layer->root, back->root);
     co_layer_destroy(layer);
     co_layer_destroy(back);
-    remove(path);
 }
 
 static void a_file_is_replaced_whole(void **state)
 {
     (void)state;
     CohortError err = {0};
-    char path[] = "/tmp/cohort-test-XXXXXX", beside[64];
-    int fd = mkstemp(path);
-    assert_true(fd >= 0 && write(fd, "old", 3) == 3);
+    const char *path = in_folder("old.usda");
+    char beside[400];
+    test_write_text(path, "old");
+    int fd = open(path, O_RDONLY);
+    assert_true(fd >= 0);
     assert_true(cohort_layer_cat(COHORT_TEST_DATA_DIR "/usda/everything.usda", path, NULL, &err));
     struct stat old, new;
     assert_int_equal(fstat(fd, &old), 0);
@@ -304,7 +274,6 @@ static void a_file_is_replaced_whole(void **state)
     snprintf(beside, sizeof beside, "%s.%ld.tmp", path, (long)getpid());
     assert_int_not_equal(access(beside, F_OK), 0);
     close(fd);
-    remove(path);
 }
 
 static void a_place_that_cannot_be_written_is_named(void **state)
@@ -334,5 +303,5 @@ int main(void)
         cmocka_unit_test(a_file_is_replaced_whole),
         cmocka_unit_test(a_place_that_cannot_be_written_is_named),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }
