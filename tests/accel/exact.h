@@ -63,7 +63,7 @@ static inline ExactHit exact_hit(const TestMesh *mesh, uint32_t tri, const CoRay
         flat[c][0] = p[c][x] - dir[x] / dir[z] * p[c][z];
         flat[c][1] = p[c][y] - dir[y] / dir[z] * p[c][z];
     }
-    ExactHit hit = {.ulp = exact_ulp(largest), .outside = INFINITY};
+    ExactHit hit = {.ulp = exact_ulp(largest), .outside = (double)INFINITY};
     for (int c = 0; c < 3; c++) {
         const double *a = flat[c], *b = flat[(c + 1) % 3];
         edge[c] = a[0] * b[1] - a[1] * b[0];
@@ -97,7 +97,7 @@ static inline ExactVerdict exact_judge(const TestMesh *mesh, const CoRayBatch *r
                                        const CoHitBatch *hits, size_t ray)
 {
     ExactVerdict verdict = {.is_nearest = true};
-    double limit = INFINITY;
+    double limit = (double)INFINITY;
     uint32_t tri = hits->tri[ray];
     if (tri != COHORT_INVALID_ID) {
         ExactHit hit = exact_hit(mesh, tri, rays, ray);

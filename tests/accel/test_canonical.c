@@ -124,7 +124,7 @@ static void flat_instances_are_found_in_any_order(void **state)
     for (uint32_t i = 0; i < QUADS; i++) {
         CoVec3 size = co_vec3(0.5f, 1.0f, 2.0f);
         CoVec3 offset = co_add(home, random_vec3(&random, -1.0f, 1.0f));
-        CoMat4d tilt = matrix(random_float(&random, 0, 6), size, co_vec3(0, 0, 0));
+        CoMat4d tilt = matrix((double)random_float(&random, 0, 6), size, co_vec3(0, 0, 0));
         CoMat4d turn = matrix(0.0, co_vec3(1, 1, 1), offset);
         CoMat4d tilted = roll(0.1 * i);
         if (i % 5 != 0) // every fifth quad stays level

@@ -129,7 +129,7 @@ static void count_visits(uint32_t tris, Random *random)
     CoRayBatch rays = make_rays(random);
     CoHitBatch hits = hits_alloc(VISITS);
     CoTraverseStats stats;
-    double least = INFINITY;
+    double least = (double)INFINITY;
     for (int pass = 0; pass < 5; pass++) {
         double start = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
         memset(&stats, 0, sizeof stats);

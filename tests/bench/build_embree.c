@@ -6,19 +6,20 @@
 #include "embree_mesh.h"
 #include "timing.h"
 
+#include <stdatomic.h>
 #include <stdio.h>
 
 typedef struct Meter {
-    _Atomic long long live, peak;
+    atomic_llong live, peak;
 } Meter;
 
 static bool count_bytes(void *cookie, ssize_t bytes, bool post)
 {
     Meter *meter = cookie;
     (void)post;
-    long long live = (meter->live += bytes);
-    if (live > meter->peak)
-        meter->peak = live;
+    long long live = atomic_fetch_add(&meter->live, bytes) + bytes;
+    if (live > atomic_load(&meter->peak))
+        atomic_store(&meter->peak, live);
     return true;
 }
 
@@ -27,18 +28,20 @@ void build_embree(const CoMesh *mesh, uint32_t threads, Figures *out)
     char config[64];
     snprintf(config, sizeof config, "threads=%u,set_affinity=0", threads);
     RTCDevice device = rtcNewDevice(config);
-    Meter meter = {0};
+    Meter meter;
+    atomic_init(&meter.live, 0);
+    atomic_init(&meter.peak, 0);
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, &meter);
     RTCScene scene = embree_scene_of(device, embree_triangles(device, mesh));
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-    long long before = meter.live;
-    meter.peak = before;
+    long long before = atomic_load(&meter.live);
+    atomic_store(&meter.peak, before);
     double start = co_clock_seconds(), cpu = bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
     rtcCommitScene(scene);
     out->seconds = fmin(out->seconds, co_clock_seconds() - start);
     out->cpu = fmin(out->cpu, bench_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu);
-    out->bytes = (double)(meter.live - before);
-    out->peak = (double)(meter.peak - before);
+    out->bytes = (double)(atomic_load(&meter.live) - before);
+    out->peak = (double)(atomic_load(&meter.peak) - before);
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
 }
@@ -153,7 +156,7 @@ double build_embree_trace(const CoMesh *mesh, const CoRayBatch *rays)
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcCommitScene(scene);
-    double least = INFINITY;
+    double least = (double)INFINITY;
     for (int pass = 0; pass < 5; pass++) {
         double start = bench_seconds(CLOCK_THREAD_CPUTIME_ID);
         for (size_t i = 0; i < rays->count; i++)

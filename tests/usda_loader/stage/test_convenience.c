@@ -38,7 +38,7 @@ static void numbers_are_doubles(void **state)
         double expected;
     } numbers[] = {{"yes", 1},        {"no", 0},        {"byte", 255},   {"i", -0x1p31},
                    {"u", 0x1p32 - 1}, {"i64", -0x1p63}, {"u64", 0x1p64}, {"h", 0.5},
-                   {"f", 1.5},        {"d", -1e300},    {"t", 24},       {"inf", INFINITY}};
+                   {"f", 1.5},        {"d", -1e300},    {"t", 24},       {"inf", (double)INFINITY}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
         double got = cohort_prim_double(v, numbers[k].name, COHORT_TIME_DEFAULT, -7);
         if (!(got == numbers[k].expected))
