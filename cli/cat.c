@@ -23,7 +23,8 @@ int command_cat(int argc, char **argv)
     bool is_flat = false, wants_help = false;
     StageOptions which = {0};
     const Option table[] = {
-        {"output", 'o', OPTION_TEXT, &out, 0, 0, "FILE", NULL, "write there, not to standard output"},
+        {"output", 'o', OPTION_TEXT, &out, 0, 0, "FILE", NULL,
+         "write there, not to standard output"},
         {"flatten", 0, OPTION_FLAG, &is_flat, 0, 0, NULL, NULL,
          "compose the stage first; the next seven are of use with it alone"},
         STAGE_OPTION_ROWS(which),

@@ -216,9 +216,8 @@ static bool check_path(Check *check, const char *path, StageOptions *which, Coho
     CohortDelegate *delegate = cohort_delegate_create(err);
     CohortRenderIndex *index = delegate ? cohort_render_index_create(delegate, err) : NULL;
     CohortAdapter *adapter = index ? cohort_adapter_open(delegate, path, &options, err) : NULL;
-    bool is_read =
-        adapter &&
-        stage_options_check(which, &options.stage, cohort_adapter_stage(adapter), &messages, err);
+    bool is_read = adapter && stage_options_check(which, &options.stage,
+                                                  cohort_adapter_stage(adapter), &messages, err);
     if (is_read) {
         // The stage may be sound and yet nothing that can be rendered.
         CohortError why = {0};
@@ -248,7 +247,8 @@ static int run(const char *path, CheckOptions *options)
     Check check = {0};
     CohortError err = {0};
     char text[2 * sizeof err.message];
-    bool is_read = check_path(&check, path, &options->which, &err), is_limit = err.code == COHORT_ERROR_LIMIT;
+    bool is_read = check_path(&check, path, &options->which, &err),
+         is_limit = err.code == COHORT_ERROR_LIMIT;
     if (err.code == COHORT_ERROR_ARGUMENT) {
         print_failure("error", &err);
         findings_clear(&check.findings);

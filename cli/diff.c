@@ -68,8 +68,8 @@ static int report(const CohortImage *a, const CohortImage *b, double tolerance)
     printf("relMSE %.6g, largest difference %.6g at (%u, %u), %zu of %zu values differ", relmse,
            all.largest, all.x, all.y, all.different, all.count);
     printf(all.broken ? ", %zu of them not finite\n" : "\n", all.broken);
-    bool ok = same_channels && (tolerance > 0.0 ? relmse <= tolerance && !all.broken
-                                                : all.different == 0);
+    bool ok = same_channels &&
+              (tolerance > 0.0 ? relmse <= tolerance && !all.broken : all.different == 0);
     return ok ? EXIT_WRITTEN : EXIT_DIFFERENT;
 }
 

@@ -25,8 +25,8 @@ void render_say_interrupted(void)
     (void)!write(STDERR_FILENO, text, sizeof text - 1);
 }
 
-// Loading stops between meshes and textures, and may have a huge one in hand: nothing is lost when it is
-// left there.
+// Loading stops between meshes and textures, and may have a huge one in hand: nothing is lost when
+// it is left there.
 static void on_alarm(int signal_number)
 {
     (void)signal_number;
@@ -36,8 +36,8 @@ static void on_alarm(int signal_number)
     _exit(EXIT_INTERRUPTED);
 }
 
-// Who asks again more than a second later, while a disk does not answer, is not kept waiting. Sooner it is
-// the same wish: timeout(1) signals the process and its group.
+// Who asks again more than a second later, while a disk does not answer, is not kept waiting.
+// Sooner it is the same wish: timeout(1) signals the process and its group.
 static void on_signal(int signal_number)
 {
     if (signal_number == SIGUSR1) {

@@ -98,8 +98,10 @@ bool frames_parse(const char *spec, FrameList *out, char *why, size_t why_size)
         return true;
     }
     frames_clear(&list);
-    snprintf(why, why_size, "\"%s\" is no frame spec: expected 7, 1:5, 5:1, 1:9x2 or several "
-                            "joined by commas, at most %d frames", spec, FRAMES_MAX);
+    snprintf(why, why_size,
+             "\"%s\" is no frame spec: expected 7, 1:5, 5:1, 1:9x2 or several "
+             "joined by commas, at most %d frames",
+             spec, FRAMES_MAX);
     return false;
 }
 

@@ -20,7 +20,9 @@ static const Command commands[] = {
     {"check", "say what is broken in a stage, for people or CI", command_check},
     {"diff", "compare two EXR images", command_diff},
 };
-enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
+enum {
+    COMMAND_COUNT = sizeof commands / sizeof commands[0]
+};
 
 void print_failure(const char *severity, const CohortError *err)
 {
@@ -83,8 +85,8 @@ static int print_version(void)
     return EXIT_WRITTEN;
 }
 
-// Files opened later must not take the place of a standard stream that is closed, and be written into:
-// what stands there instead fails as the closed one would.
+// Files opened later must not take the place of a standard stream that is closed, and be written
+// into: what stands there instead fails as the closed one would.
 static void fill_standard_streams(void)
 {
     for (int fd = 0; fd <= STDERR_FILENO; fd++)

@@ -8,7 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINES_MAX = 12 }; // of what was not honored, unless --verbose
+enum {
+    LINES_MAX = 12
+}; // of what was not honored, unless --verbose
 
 static void release(Messages *m)
 {
@@ -122,8 +124,7 @@ static void print_report(const CohortReportEntry *entries, size_t count,
     free(sorted);
 }
 
-void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index,
-                          bool is_verbose)
+void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index, bool is_verbose)
 {
     const CohortReportEntry *entries;
     size_t entry_count = cohort_delegate_report(delegate, &entries);

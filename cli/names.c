@@ -77,8 +77,8 @@ static bool check_stats(const RenderRun *run, size_t frame, CohortError *err)
             return false;
         snprintf(film, sizeof film, "%s.film", output);
         if (is_same_entry(path, output) || is_same_node(path, output) || is_same_entry(path, film))
-            return fail(err, COHORT_ERROR_ARGUMENT, "--stats %.150s: the render writes that file itself",
-                        path);
+            return fail(err, COHORT_ERROR_ARGUMENT,
+                        "--stats %.150s: the render writes that file itself", path);
     }
     struct stat info;
     bool is_file = stat(path, &info) == 0 && !S_ISDIR(info.st_mode);

@@ -10,7 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OPTIONS_MAX = 64 };
+enum {
+    OPTIONS_MAX = 64
+};
 
 static bool is_choice(const char *choices, const char *text)
 {
@@ -40,16 +42,16 @@ static bool store_number(const Option *o, const char *text)
         return false;
     if (o->type == OPTION_BYTES) {
         static const char units[] = "KMGT";
-        const char *unit = isalpha((unsigned char)*end) ? strchr(units, toupper((unsigned char)*end))
-                                                        : NULL;
+        const char *unit =
+            isalpha((unsigned char)*end) ? strchr(units, toupper((unsigned char)*end)) : NULL;
         for (long i = unit ? unit - units + 1 : 0; i > 0; i--)
             value *= 1024.0;
         end += unit != NULL;
         end += unit && *end == 'i';
         end += *end == 'B' || *end == 'b';
     }
-    if (*end || !isfinite(value) || ((o->least != 0.0 || o->most != 0.0) &&
-                                      (value < o->least || value > o->most)))
+    if (*end || !isfinite(value) ||
+        ((o->least != 0.0 || o->most != 0.0) && (value < o->least || value > o->most)))
         return false;
     if (o->type == OPTION_NUMBER) {
         *(double *)o->target = value;
@@ -96,8 +98,8 @@ static int store(const char *command, const Option *o, const char *text)
         return usage_error(command, "--%s %s: expected bytes, such as 800M or 4G", o->name, text);
     const char *kind = o->type == OPTION_INT ? "whole number" : "number";
     if (o->least != 0.0 || o->most != 0.0)
-        return usage_error(command, "--%s %s: expected a %s from %.10g to %.10g", o->name, text, kind,
-                           o->least, o->most);
+        return usage_error(command, "--%s %s: expected a %s from %.10g to %.10g", o->name, text,
+                           kind, o->least, o->most);
     return usage_error(command, "--%s %s: expected a %s", o->name, text, kind);
 }
 
@@ -144,7 +146,9 @@ void options_help(const Option *table, size_t count)
                           : snprintf(left, sizeof left, "      --%s", o->name);
         if (o->type != OPTION_FLAG && n > 0)
             snprintf(left + n, sizeof left - (size_t)n, " %s",
-                     o->choices ? o->choices : o->argument ? o->argument : "VALUE");
+                     o->choices    ? o->choices
+                     : o->argument ? o->argument
+                                   : "VALUE");
         if (strlen(left) > 32)
             printf("%s\n%34s%s\n", left, "", o->help);
         else

@@ -145,8 +145,9 @@ static bool write_png(const char *path, const OutputBuffers *b, const OutputStam
     float *pixels = top_down(b->buffers[0]);
     if (!pixels)
         return fail(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    bool ok = cohort_png_write(path, cohort_render_buffer_width(b->buffers[0]),
-                               cohort_render_buffer_height(b->buffers[0]), pixels, stamp->view, err);
+    bool ok =
+        cohort_png_write(path, cohort_render_buffer_width(b->buffers[0]),
+                         cohort_render_buffer_height(b->buffers[0]), pixels, stamp->view, err);
     free(pixels);
     return ok;
 }

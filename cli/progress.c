@@ -32,7 +32,8 @@ static void draw_bar(const Progress *p, double fraction, double seconds,
     bar[24] = 0;
     if (fraction > 0.02)
         format_time(seconds * (1.0 - fraction) / fraction, left, sizeof left);
-    double rate = stats->seconds_total > 0.0 ? (double)stats->rays_traced / stats->seconds_total : 0.0;
+    double rate =
+        stats->seconds_total > 0.0 ? (double)stats->rays_traced / stats->seconds_total : 0.0;
     fprintf(stderr, "\r[%s] %3d%%  %llu spp  %.2f Mrays/s  error %.4f  %s left ", bar,
             (int)(fraction * 100.0), (unsigned long long)stats->samples_per_pixel, rate * 1e-6,
             stats->samples_per_pixel > 1 ? stats->mean_error : 0.0, left);

@@ -49,14 +49,14 @@ static bool check_variants(const RenderRun *run, CohortError *err)
         size_t count = prim ? cohort_prim_variant_count(prim, choice->set) : 0;
         bool is_there = false;
         for (size_t k = 0; k < count; k++)
-            is_there = is_there || !strcmp(cohort_prim_variant(prim, choice->set, k),
-                                           choice->selection);
+            is_there =
+                is_there || !strcmp(cohort_prim_variant(prim, choice->set, k), choice->selection);
         if (!is_there)
             return fail(err, COHORT_ERROR_ARGUMENT, "--variant %.150s: %s",
                         run->options.variants.items[i],
-                        !prim     ? "there is no such prim"
-                        : !count  ? "the prim has no such variant set"
-                                  : "the set has no such variant");
+                        !prim    ? "there is no such prim"
+                        : !count ? "the prim has no such variant set"
+                                 : "the set has no such variant");
     }
     return true;
 }
@@ -97,8 +97,8 @@ static bool check_env(const RenderOptions *o, CohortError *err)
 {
     if (!o->env || !strcmp(o->env, "sky") || access(o->env, R_OK) == 0)
         return true;
-    return fail(err, COHORT_ERROR_FILE_NOT_FOUND,
-                "--env %.150s: %s; name an image, or \"sky\"", o->env, strerror(errno));
+    return fail(err, COHORT_ERROR_FILE_NOT_FOUND, "--env %.150s: %s; name an image, or \"sky\"",
+                o->env, strerror(errno));
 }
 
 static bool load(RenderRun *run, CohortError *err)
@@ -124,9 +124,11 @@ static bool check_outputs_heed(const RenderOptions *o, CohortError *err)
     for (size_t i = 0; i < o->aovs.count && has_png && !has_exr; i++)
         if (strcmp(o->aovs.items[i], "color"))
             return fail(err, COHORT_ERROR_ARGUMENT,
-                        "--aov %.80s: only .exr outputs hold it, and there is none", o->aovs.items[i]);
+                        "--aov %.80s: only .exr outputs hold it, and there is none",
+                        o->aovs.items[i]);
     if ((o->display || o->view) && has_exr && !has_png && !o->is_quiet)
-        fprintf(stderr, "cohort: warning: --display and --view change .png outputs alone; there is none\n");
+        fprintf(stderr,
+                "cohort: warning: --display and --view change .png outputs alone; there is none\n");
     return true;
 }
 
@@ -150,9 +152,9 @@ static bool prepare(RenderRun *run, CohortError *err)
     if (!choose_product(run, err) || !open_view(run, err) || !check_outputs_heed(o, err))
         return false;
     run->pass = cohort_render_pass_create(run->index, err);
-    return run->pass && output_buffers_create(run->delegate, run->resolved.width,
-                                              run->resolved.height, o->aovs.items, o->aovs.count,
-                                              &run->buffers, err);
+    return run->pass &&
+           output_buffers_create(run->delegate, run->resolved.width, run->resolved.height,
+                                 o->aovs.items, o->aovs.count, &run->buffers, err);
 }
 
 // ---- Run ---------------------------------------------------------------------------------------

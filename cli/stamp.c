@@ -88,8 +88,8 @@ static bool invert_affine(const double m[4][4], double out[4][4])
     return true;
 }
 
-// OpenEXR's camera space to its NDC: (0, 0) is the top left of the display window, (1, 1) the bottom
-// right; depth runs from 0 at the near plane to 1 at the far one.
+// OpenEXR's camera space to its NDC: (0, 0) is the top left of the display window, (1, 1) the
+// bottom right; depth runs from 0 at the near plane to 1 at the far one.
 static void camera_to_ndc(const CohortCameraDesc *lens, double out[4][4])
 {
     const double *w = lens->window;

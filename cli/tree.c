@@ -89,8 +89,8 @@ int command_tree(int argc, char **argv)
     };
     static const CommandHead head = {
         "tree",
-        "cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and arcs.\n\n", NULL,
-        1, "one stage"};
+        "cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and arcs.\n\n",
+        NULL, 1, "one stage"};
     int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
                                     argv, &first);
     if (code >= 0)

@@ -1,8 +1,8 @@
 // Builds a scene in memory and renders it with the engine alone: no USD, no delegate. A cube at
 // subdivision level 4, red clay, under a white dome.
 //
-// cc embed_scene.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads images is found.
-// usage: embed_scene OUT.exr [SAMPLES]
+// cc embed_scene.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads
+// images is found. usage: embed_scene OUT.exr [SAMPLES]
 
 #include "cohort/image.h"
 #include "cohort/render.h"
@@ -10,7 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { SIDE = 128 };
+enum {
+    SIDE = 128
+};
 
 static const float points[] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1,
                                -1, -1, 1,  1, -1, 1,  1, 1, 1,  -1, 1, 1};
@@ -72,8 +74,7 @@ int main(int argc, char **argv)
                                       {"G", COHORT_CHANNEL_HALF, &pixels[0][1], sizeof *pixels},
                                       {"B", COHORT_CHANNEL_HALF, &pixels[0][2], sizeof *pixels},
                                       {"A", COHORT_CHANNEL_HALF, &pixels[0][3], sizeof *pixels}};
-    CohortExrDesc desc = {
-        .width = SIDE, .height = SIDE, .channels = channels, .channel_count = 4};
+    CohortExrDesc desc = {.width = SIDE, .height = SIDE, .channels = channels, .channel_count = 4};
     CohortError err = {0};
     CohortScene *scene = cohort_scene_create(&err);
     uint32_t samples = argc > 2 ? (uint32_t)atoi(argv[2]) : 16;

@@ -1,8 +1,8 @@
 // Renders a stage through the delegate, as a host would: the stage's own camera and resolution, one
 // buffer, one call that starts the render and none that drives it.
 //
-// cc embed_stage.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads images is found.
-// usage: embed_stage STAGE.usda OUT.exr [SAMPLES]
+// cc embed_stage.c $(pkg-config --cflags --libs cohort); base.h says how the module that reads
+// images is found. usage: embed_stage STAGE.usda OUT.exr [SAMPLES]
 
 #include "cohort/image.h"
 #include "cohort/stage_adapter.h"
@@ -22,11 +22,10 @@ static bool write_picture(const char *path, CohortRenderBuffer *buffer, CohortEr
     cohort_render_buffer_unmap(buffer);
     if (!pixels)
         return false;
-    const CohortChannel channels[] = {
-        {"R", COHORT_CHANNEL_HALF, pixels, 4 * sizeof *pixels},
-        {"G", COHORT_CHANNEL_HALF, pixels + 1, 4 * sizeof *pixels},
-        {"B", COHORT_CHANNEL_HALF, pixels + 2, 4 * sizeof *pixels},
-        {"A", COHORT_CHANNEL_HALF, pixels + 3, 4 * sizeof *pixels}};
+    const CohortChannel channels[] = {{"R", COHORT_CHANNEL_HALF, pixels, 4 * sizeof *pixels},
+                                      {"G", COHORT_CHANNEL_HALF, pixels + 1, 4 * sizeof *pixels},
+                                      {"B", COHORT_CHANNEL_HALF, pixels + 2, 4 * sizeof *pixels},
+                                      {"A", COHORT_CHANNEL_HALF, pixels + 3, 4 * sizeof *pixels}};
     CohortExrDesc desc = {.width = (uint32_t)width,
                           .height = (uint32_t)height,
                           .channels = channels,
@@ -65,8 +64,8 @@ int main(int argc, char **argv)
     CohortDelegate *delegate = cohort_delegate_create(&err);
     CohortRenderIndex *index = delegate ? cohort_render_index_create(delegate, &err) : NULL;
     CohortAdapter *adapter = index ? cohort_adapter_open(delegate, argv[1], NULL, &err) : NULL;
-    bool ok = adapter && cohort_delegate_set_int(delegate, "cohort:spp",
-                                                 argc > 3 ? atoi(argv[3]) : 16, &err);
+    bool ok = adapter &&
+              cohort_delegate_set_int(delegate, "cohort:spp", argc > 3 ? atoi(argv[3]) : 16, &err);
     ok = ok && render(delegate, adapter, index, argv[2], &err);
     if (!ok)
         fprintf(stderr, "%s: %s\n", argv[1], err.message);

@@ -65,9 +65,9 @@ static const CohortSettingDescriptor table[CO_SETTING_COUNT] = {
     [CO_SETTING_COMPLEXITY] =
         INT("cohort:complexity", NULL, 2, 0, 8, true,
             "Subdivision level; low, medium, high and veryhigh of usdrecord are 0 to 3."),
-    [CO_SETTING_EDGE_LENGTH] =
-        DOUBLE("cohort:edgeLength", NULL, 0.0, 0.0, 1e6, true,
-               "Pixels that edges of subdivided meshes are at most; 0 = cohort:complexity decides."),
+    [CO_SETTING_EDGE_LENGTH] = DOUBLE(
+        "cohort:edgeLength", NULL, 0.0, 0.0, 1e6, true,
+        "Pixels that edges of subdivided meshes are at most; 0 = cohort:complexity decides."),
     [CO_SETTING_RENDERING_COLOR_SPACE] =
         STRING("cohort:renderingColorSpace", "", NULL, true,
                "Space of all light transport; empty = the config's scene_linear, else Rec.709."),
@@ -97,9 +97,8 @@ static const CohortSettingDescriptor table[CO_SETTING_COUNT] = {
     [CO_SETTING_CONVERTED_FOLDER] =
         STRING("cohort:convertedFolder", "", NULL, false,
                "Where converted textures are kept; empty = the user's cache."),
-    [CO_SETTING_ENABLE_SHADOWS] =
-        SWITCH("enableShadows", NULL, TRUE_VALUE, true,
-               "Off: no surface keeps the light of a lamp from another."),
+    [CO_SETTING_ENABLE_SHADOWS] = SWITCH("enableShadows", NULL, TRUE_VALUE, true,
+                                         "Off: no surface keeps the light of a lamp from another."),
     [CO_SETTING_ENABLE_SCENE_MATERIALS] =
         SWITCH("enableSceneMaterials", NULL, TRUE_VALUE, true,
                "Off: every mesh is Lambertian with its displayColor."),

@@ -237,11 +237,10 @@ uint64_t co_network_displacement(const CohortMaterialDesc *desc)
     hash = hash_text(input->primvar, co_hash_combine(hash, input->channel));
     if (input->kind == COHORT_INPUT_TEXTURE) {
         const CohortLookupDesc *l = &desc->lookups[input->lookup];
-        const float numbers[] = {l->st_fallback[0],      l->st_fallback[1],
-                                 l->st_scale[0],         l->st_scale[1],
-                                 l->st_rotation_degrees, l->st_translation[0],
-                                 l->st_translation[1],   l->scale[input->channel],
-                                 l->bias[input->channel]};
+        const float numbers[] = {
+            l->st_fallback[0],    l->st_fallback[1],        l->st_scale[0],
+            l->st_scale[1],       l->st_rotation_degrees,   l->st_translation[0],
+            l->st_translation[1], l->scale[input->channel], l->bias[input->channel]};
         hash = co_hash_bytes(numbers, sizeof numbers, hash);
         hash = hash_text(l->st_primvar, co_hash_combine(hash, l->texture));
     }

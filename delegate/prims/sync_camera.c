@@ -59,7 +59,8 @@ static void conform(CohortConformPolicy policy, double aspect, double *width, do
     }
 }
 
-// Rays of a lens are parallel when it is focused there; at infinity itself they would be no numbers.
+// Rays of a lens are parallel when it is focused there; at infinity itself they would be no
+// numbers.
 static const double focus_most = 1e18;
 
 static double positive_or(double value, double fallback)

@@ -37,15 +37,16 @@ static bool add_mesh(InstanceList *list, const CoPrim *prim)
     if (!reserve(list, 1))
         return false;
     CohortInstanceDesc *d = &list->items[list->count++];
-    *d = (CohortInstanceDesc){
-        .object = prim->id, .prim_id = prim->prim_id, .hidden = !prim->is_visible,
-        .hidden_from = prim->hidden_from};
+    *d = (CohortInstanceDesc){.object = prim->id,
+                              .prim_id = prim->prim_id,
+                              .hidden = !prim->is_visible,
+                              .hidden_from = prim->hidden_from};
     memcpy(d->transform, prim->transform, sizeof d->transform);
     return true;
 }
 
-// The object of each prototype of an owner by number, INVALID where there is none. Never NULL unless
-// out of memory.
+// The object of each prototype of an owner by number, INVALID where there is none. Never NULL
+// unless out of memory.
 static uint32_t *prototype_objects(const CohortRenderIndex *index, const char *owner_path,
                                    CohortPull *pull, size_t *count)
 {

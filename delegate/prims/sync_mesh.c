@@ -118,9 +118,8 @@ static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
         ids[i] =
             material_id(index, prim, source->subset_materials ? source->subset_materials[i] : NULL);
     index->counts.bindings_set++;
-    return cohort_scene_set_mesh_materials(index->scene, prim->id,
-                                           material_id(index, prim, source->material), ids, count,
-                                           reason);
+    return cohort_scene_set_mesh_materials(
+        index->scene, prim->id, material_id(index, prim, source->material), ids, count, reason);
 }
 
 // Other subsets are another mesh, whatever the host's bits say.

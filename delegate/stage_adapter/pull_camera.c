@@ -112,8 +112,9 @@ bool co_pull_camera(void *cookie, const char *path, CohortCameraSource *out, Coh
 
 // ---- Framing -----------------------------------------------------------------------------------
 
-// How far before the box the camera stands: until a circle about the box's front fits the horizontal
-// field of view, as usdrecord has it, and the front's height the vertical one, which usdrecord cuts.
+// How far before the box the camera stands: until a circle about the box's front fits the
+// horizontal field of view, as usdrecord has it, and the front's height the vertical one, which
+// usdrecord cuts.
 static double frame_distance(const CohortAdapter *a, int depth_axis, int up_axis)
 {
     const double *box = a->frame_box;
@@ -122,7 +123,8 @@ static double frame_distance(const CohortAdapter *a, int depth_axis, int up_axis
     double depth = 0.5 * (box[3 + depth_axis] - box[depth_axis]);
     double across = 2.0 * lens.focal_length / lens.horizontal_aperture;
     double upright = 2.0 * lens.focal_length / lens.vertical_aperture;
-    double distance = fmax(sqrt(width * width + height * height) * across, height * upright) + depth;
+    double distance =
+        fmax(sqrt(width * width + height * height) * across, height * upright) + depth;
     return distance > 0.0 ? distance : 1.0;
 }
 

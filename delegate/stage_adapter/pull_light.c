@@ -26,8 +26,8 @@ static const char *name_of(const CohortPrim *prim, const char *input)
                                                                                            : input;
 }
 
-// Copies up to three numbers when all of them are finite; what is not is named, and the schema's own
-// stay.
+// Copies up to three numbers when all of them are finite; what is not is named, and the schema's
+// own stay.
 static void read_numbers(const CohortAdapter *a, const CohortPrim *prim, const char *input,
                          float *out, size_t count)
 {
@@ -47,8 +47,8 @@ static void read_numbers(const CohortAdapter *a, const CohortPrim *prim, const c
     char text[64] = "", action[64];
     if (cohort_prim_value(prim, name, a->time, &value))
         co_values_describe(&value, text, sizeof text);
-    snprintf(action, sizeof action, count > 1 ? "not finite: treated as %g, %g, %g"
-                                              : "not finite: treated as %g",
+    snprintf(action, sizeof action,
+             count > 1 ? "not finite: treated as %g, %g, %g" : "not finite: treated as %g",
              (double)out[0], (double)out[count > 1], (double)out[count > 1 ? 2 : 0]);
     co_adapter_report(a, prim, name, text, action);
 }

@@ -159,7 +159,8 @@ static void check_loop(const CohortAdapter *a, const CohortPrim *prim, CohortMes
         if (desc->face_vertex_counts[i] == 3)
             continue;
         desc->scheme = COHORT_SCHEME_NONE;
-        co_adapter_report(a, prim, "subdivisionScheme", "loop", "not only triangles: not subdivided");
+        co_adapter_report(a, prim, "subdivisionScheme", "loop",
+                          "not only triangles: not subdivided");
     }
 }
 

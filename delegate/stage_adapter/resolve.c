@@ -239,8 +239,8 @@ static bool refuse_camera(const CohortAdapter *a, const char *asked, CohortError
     CO_CHECK(a->camera_count > 1, err, COHORT_ERROR_ARGUMENT,
              "the stage has no camera \"%.90s\", but %.90s", asked, a->cameras[0]);
     return CO_FAIL(err, COHORT_ERROR_ARGUMENT,
-                   "the stage has no camera \"%.90s\", but %.60s and %zu more", asked, a->cameras[0],
-                   a->camera_count - 1);
+                   "the stage has no camera \"%.90s\", but %.60s and %zu more", asked,
+                   a->cameras[0], a->camera_count - 1);
 }
 
 bool co_resolve_camera(CohortAdapter *a, CohortError *err)

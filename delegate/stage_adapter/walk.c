@@ -147,8 +147,9 @@ uint32_t co_walk_add_prototype(CoWalk *walk, const CoPrototype *prototype, const
     return number;
 }
 
-// Whether a prototype's root is to be walked where the walk is: not within itself. What an instancer places may
-// be a native instance, and the first of its kind: its root then stands for two prototypes, one in the other.
+// Whether a prototype's root is to be walked where the walk is: not within itself. What an
+// instancer places may be a native instance, and the first of its kind: its root then stands for
+// two prototypes, one in the other.
 static bool may_enter(CoWalk *walk, CoPlace place, const CohortPrim *root, bool is_native)
 {
     const char *why = NULL;
@@ -269,7 +270,8 @@ static bool add_native_instance(CoWalk *walk, CoPlace place, uint32_t purpose)
     return ensure_instances_record(walk, place.prototype);
 }
 
-// The innermost prototype around a place that a target stands in too: what it inherits is found there.
+// The innermost prototype around a place that a target stands in too: what it inherits is found
+// there.
 static uint32_t home_of(const CohortAdapter *a, const CohortPrim *target, uint32_t around)
 {
     for (; around != CO_WORLD; around = a->prototypes[around].outer)

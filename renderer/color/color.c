@@ -10,7 +10,10 @@
 
 #define TAG CO_MEMORY_COLOR
 
-enum { NAME_MAX_BYTES = 128, PROCESSORS_MAX = 64 };
+enum {
+    NAME_MAX_BYTES = 128,
+    PROCESSORS_MAX = 64
+};
 
 // How a space becomes the rendering space: through OCIO, then by a matrix, either of which may be
 // missing. The curve of one of USD's spaces comes before both.
@@ -138,8 +141,9 @@ static bool make_route(const CoColor *color, const char *space, Route *route, Co
     snprintf(route->space, sizeof route->space, "%s", space);
     if (in_config && !(built_in && !strcmp(space, "sRGB")))
         return route_from_config(color, space, route, err);
-    CO_CHECK(built_in, err, COHORT_ERROR_COLOR, "color space \"%s\" is neither in %s nor one of USD's",
-             space, color->config ? "the OCIO config" : "an OCIO config (none is set)");
+    CO_CHECK(built_in, err, COHORT_ERROR_COLOR,
+             "color space \"%s\" is neither in %s nor one of USD's", space,
+             color->config ? "the OCIO config" : "an OCIO config (none is set)");
     return route_from_built_in(color, built_in, route, err);
 }
 
@@ -192,8 +196,8 @@ const char *co_color_space_of_file(void *cookie, const char *path)
 
 void co_color_rec709_matrix(const CoColor *color, float out[9])
 {
-    // Basis vectors through the real path, so that the matrix is whatever that path is. The cast drops
-    // const for the route table alone, which has its own lock.
+    // Basis vectors through the real path, so that the matrix is whatever that path is. The cast
+    // drops const for the route table alone, which has its own lock.
     CoColor *mutable_color = (CoColor *)(uintptr_t)color;
     float basis[12] = {1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1};
     if (!co_color_to_rendering(mutable_color, "lin_rec709_scene", basis, 3, NULL)) {
@@ -226,7 +230,8 @@ static bool evaluate_chromaticities(const CoColor *color, float out[8])
     for (int i = 0; i < 4 && ok; i++) {
         double xyz[3];
         for (int k = 0; k < 3; k++)
-            xyz[k] = to_xyz[3 * k] * (double)rgba[4 * i] + to_xyz[3 * k + 1] * (double)rgba[4 * i + 1] +
+            xyz[k] = to_xyz[3 * k] * (double)rgba[4 * i] +
+                     to_xyz[3 * k + 1] * (double)rgba[4 * i + 1] +
                      to_xyz[3 * k + 2] * (double)rgba[4 * i + 2];
         xy_of(xyz, &out[2 * i]);
     }

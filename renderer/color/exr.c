@@ -13,8 +13,8 @@
 
 #define TAG CO_MEMORY_COLOR
 
-// Where the library's own words for what went wrong go. The handler is called with the context locked:
-// it must not ask the context for its user data, or it waits for itself.
+// Where the library's own words for what went wrong go. The handler is called with the context
+// locked: it must not ask the context for its user data, or it waits for itself.
 static _Thread_local CohortError *exr_said;
 
 static void exr_error(exr_const_context_t ctx, exr_result_t code, const char *message)
@@ -86,10 +86,9 @@ static exr_result_t write_header(exr_context_t ctx, const CohortExrDesc *desc)
                                {.x = (int32_t)desc->width - 1, .y = (int32_t)desc->height - 1}};
     exr_attr_v2f_t center = {.x = 0.0f, .y = 0.0f};
     if (r == EXR_ERR_SUCCESS)
-        r = exr_initialize_required_attr(ctx, 0, &window, &window,
-                                         desc->pixel_aspect > 0.0f ? desc->pixel_aspect : 1.0f,
-                                         &center, 1.0f, EXR_LINEORDER_INCREASING_Y,
-                                         exr_compression(desc->compression));
+        r = exr_initialize_required_attr(
+            ctx, 0, &window, &window, desc->pixel_aspect > 0.0f ? desc->pixel_aspect : 1.0f,
+            &center, 1.0f, EXR_LINEORDER_INCREASING_Y, exr_compression(desc->compression));
     for (size_t i = 0; i < desc->channel_count && r == EXR_ERR_SUCCESS; i++) {
         static const exr_pixel_type_t types[] = {EXR_PIXEL_FLOAT, EXR_PIXEL_HALF, EXR_PIXEL_UINT};
         const CohortChannel *c = &desc->channels[i];
@@ -119,8 +118,8 @@ static void aim_encoder(exr_encode_pipeline_t *encoder, const CohortExrDesc *des
         info->user_pixel_stride = (int32_t)channel->stride;
         info->user_line_stride = (int32_t)line;
         info->user_bytes_per_element = 4;
-        info->user_data_type = (uint16_t)(channel->type == COHORT_CHANNEL_UINT ? EXR_PIXEL_UINT
-                                                                               : EXR_PIXEL_FLOAT);
+        info->user_data_type =
+            (uint16_t)(channel->type == COHORT_CHANNEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT);
     }
 }
 

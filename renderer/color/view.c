@@ -24,7 +24,7 @@ static const char plain_display[] = "sRGB - Display", plain_view[] = "Un-tone-ma
 struct CohortView {
     CoOcioConfig *config;
     CoOcioProcessor *processor;
-    bool has_matrix;  // rendering space -> from_space, when the config lacks the former
+    bool has_matrix; // rendering space -> from_space, when the config lacks the former
     float matrix[9];
     char from_space[128], display[128], view[128];
 };
@@ -90,7 +90,8 @@ static bool choose_from_space(CohortView *v, const char *rendering, CohortError 
              rendering);
     snprintf(v->from_space, sizeof v->from_space, "%s", hub);
     v->has_matrix = true;
-    co_rgb_space_matrix(co_rgb_space_find(rendering), co_rgb_space_find("lin_ap0_scene"), v->matrix);
+    co_rgb_space_matrix(co_rgb_space_find(rendering), co_rgb_space_find("lin_ap0_scene"),
+                        v->matrix);
     return true;
 }
 

@@ -222,7 +222,8 @@ static void add_bounded(CoFilm *film, _Atomic uint64_t *sum, float value)
     }
     int64_t units = (int64_t)floor((double)value / CO_FILM_UNIT_BOUNDED + 0.5);
     if (film->is_alone)
-        atomic_store_explicit(sum, atomic_load_explicit(sum, memory_order_relaxed) + (uint64_t)units,
+        atomic_store_explicit(sum,
+                              atomic_load_explicit(sum, memory_order_relaxed) + (uint64_t)units,
                               memory_order_relaxed);
     else if (units)
         atomic_fetch_add_explicit(sum, (uint64_t)units, memory_order_relaxed);

@@ -50,8 +50,8 @@ static void camera_ray(const CohortRender *render, uint32_t pixel, CoSampleKey k
         local_org = co_vec3(lens_x * c->lens_radius, lens_y * c->lens_radius, 0.0f);
         local_dir = co_sub(co_scale(local_dir, c->focus_distance), local_org);
     }
-    CoVec3 dir = co_madd(co_madd(co_scale(c->right, local_dir.x), c->up, local_dir.y), c->back,
-                         local_dir.z);
+    CoVec3 dir =
+        co_madd(co_madd(co_scale(c->right, local_dir.x), c->up, local_dir.y), c->back, local_dir.z);
     CoVec3 org = co_madd(co_madd(c->origin, c->right, local_org.x), c->up, local_org.y);
     ray->dir = co_ray_snap_direction(co_normalize(dir), ray->code);
     float cosine = -co_dot(ray->dir, c->back);

@@ -143,8 +143,15 @@ static bool end_ray(CohortRender *render, size_t i, CoWorkerCounts *counts, CoHi
         counts->miss++;
         return false;
     }
-    CoHitRecord out = {t, b->hits.u[i], b->hits.v[i], b->hits.instance[i], 0, b->hits.tri[i],
-                       record, 0, ray_direction(&b->rays, i)};
+    CoHitRecord out = {t,
+                       b->hits.u[i],
+                       b->hits.v[i],
+                       b->hits.instance[i],
+                       0,
+                       b->hits.tri[i],
+                       record,
+                       0,
+                       ray_direction(&b->rays, i)};
     *hit = out;
     return true;
 }
@@ -154,10 +161,15 @@ typedef struct EndsWork {
     size_t *counts; // hits of each block
 } EndsWork;
 
-enum { ENDS_BLOCK = 8192 };
+enum {
+    ENDS_BLOCK = 8192
+};
 
 // Records and sums of the film lie anywhere in memory; both are asked for before their turn comes.
-enum { RECORDS_AHEAD = 24, SUMS_AHEAD = 12 };
+enum {
+    RECORDS_AHEAD = 24,
+    SUMS_AHEAD = 12
+};
 
 static void ask_ahead(const CohortRender *render, size_t i, size_t last)
 {
@@ -185,8 +197,7 @@ static void end_rays(void *context, size_t begin, size_t end, uint32_t worker)
             last = render->batch.rays.count;
         for (size_t i = first; i < last; i++) {
             ask_ahead(render, i, last);
-            n += end_ray(render, i, &render->workers[worker],
-                         &render->batch.hit_sorted[first + n]);
+            n += end_ray(render, i, &render->workers[worker], &render->batch.hit_sorted[first + n]);
         }
         work->counts[block] = n;
     }

@@ -13,7 +13,9 @@
 // Stacks, queues, and what the libraries still allocate when images are written.
 #define SLACK_BYTES ((uint64_t)6 << 20)
 
-enum { LEAST_BATCH = 1024 };
+enum {
+    LEAST_BATCH = 1024
+};
 
 // The batch's arrays, and its records and those that are paged in next, which are mapped.
 static uint64_t bytes_per_ray(const CohortRender *r)
@@ -42,8 +44,7 @@ static uint64_t image_bytes(const CohortRender *r)
     for (uint32_t bit = 0; bit < 9; bit++)
         if (s->aovs & 1u << bit)
             components += cohort_aov_components((CohortAov)(1u << bit));
-    return co_film_bytes(s->width, s->height, s->aovs) +
-           2 * sizeof(float) * components * r->pixels;
+    return co_film_bytes(s->width, s->height, s->aovs) + 2 * sizeof(float) * components * r->pixels;
 }
 
 static uint64_t bins_bytes(const CohortRender *r)

@@ -102,8 +102,8 @@ static uint32_t count_hit_lookups(const CoMaterial *m, size_t count)
     bool is_last = count > 0 && m->displacement.kind == COHORT_INPUT_TEXTURE &&
                    m->displacement.lookup == count - 1;
     for (int i = 0; i < CO_INPUT_COUNT; i++)
-        is_last = is_last && !(m->inputs[i].kind == COHORT_INPUT_TEXTURE &&
-                               m->inputs[i].lookup == count - 1);
+        is_last = is_last &&
+                  !(m->inputs[i].kind == COHORT_INPUT_TEXTURE && m->inputs[i].lookup == count - 1);
     return (uint32_t)count - is_last;
 }
 
@@ -111,9 +111,9 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
                              CoMaterial *m, CohortError *err)
 {
     const CohortInput *inputs[CO_INPUT_COUNT] = {
-        &desc->diffuse_color, &desc->emissive_color,      &desc->specular_color, &desc->metallic,
-        &desc->roughness,     &desc->clearcoat,           &desc->clearcoat_roughness,
-        &desc->opacity,       &desc->ior,                 &desc->normal};
+        &desc->diffuse_color, &desc->emissive_color, &desc->specular_color,      &desc->metallic,
+        &desc->roughness,     &desc->clearcoat,      &desc->clearcoat_roughness, &desc->opacity,
+        &desc->ior,           &desc->normal};
     CO_CHECK(desc->lookup_count <= CO_MATERIAL_LOOKUPS_MAX, err, COHORT_ERROR_LIMIT,
              "%s: %zu texture nodes in one material; %d are supported",
              desc->path ? desc->path : "material", desc->lookup_count, CO_MATERIAL_LOOKUPS_MAX);
@@ -135,13 +135,14 @@ static bool compile_material(const CohortScene *scene, const CohortMaterialDesc 
     const CoInputSource *opacity = &m->inputs[CO_INPUT_OPACITY];
     m->may_pass = opacity->kind != COHORT_INPUT_CONSTANT || opacity->value[0] < 1.0f;
     m->has_normal = m->inputs[CO_INPUT_NORMAL].kind != COHORT_INPUT_CONSTANT;
-    m->displaces = m->displacement.kind != COHORT_INPUT_CONSTANT || m->displacement.value[0] != 0.0f;
+    m->displaces =
+        m->displacement.kind != COHORT_INPUT_CONSTANT || m->displacement.value[0] != 0.0f;
     m->is_set = true;
     return true;
 }
 
-bool cohort_scene_set_material(CohortScene *scene, uint32_t material, const CohortMaterialDesc *desc,
-                               CohortError *err)
+bool cohort_scene_set_material(CohortScene *scene, uint32_t material,
+                               const CohortMaterialDesc *desc, CohortError *err)
 {
     CO_CHECK(material < scene->material_count, err, COHORT_ERROR_ARGUMENT,
              "there is no material %u in this scene", material);
@@ -158,8 +159,8 @@ bool cohort_scene_set_material(CohortScene *scene, uint32_t material, const Coho
     return true;
 }
 
-// Half the footprint's diameter on the surface, brought into texture coordinates along dpds and across.
-// m: 2x3 texture transform, row-major.
+// Half the footprint's diameter on the surface, brought into texture coordinates along dpds and
+// across. m: 2x3 texture transform, row-major.
 static void footprint(const CoTexCoord *tc, float width, const float *m, CoLookup *out)
 {
     float e = co_dot(tc->dpds, tc->dpds), f = co_dot(tc->dpds, tc->dpdt),

@@ -62,8 +62,9 @@ static bool alloc_batch(CoActiveBatch *b, size_t n, CohortError *err)
     b->hit_object = co_alloc(TAG, n * sizeof *b->hit_object);
     b->hit_tri = co_alloc(TAG, n * sizeof *b->hit_tri);
     b->hit_order = co_alloc(TAG, n * sizeof *b->hit_order);
-    CO_CHECK(b->order && b->flags && b->hit_records && b->hit_sorted && b->hit_object && b->hit_tri &&
-                 b->hit_order, err, COHORT_ERROR_OUT_OF_MEMORY,
+    CO_CHECK(b->order && b->flags && b->hit_records && b->hit_sorted && b->hit_object &&
+                 b->hit_tri && b->hit_order,
+             err, COHORT_ERROR_OUT_OF_MEMORY,
              "out of memory for a batch of %zu rays: use a smaller --batch", n);
     return co_ray_batch_reserve(&b->rays, n, err) && co_hit_batch_reserve(&b->hits, n, err);
 }
@@ -85,7 +86,8 @@ static void free_batch(CoActiveBatch *b)
     co_free(CO_MEMORY_TEXTURE, b->texels, b->lookup_capacity * sizeof *b->texels);
 }
 
-// A power of two above anything a path can carry: the brightest emitter, emissive surfaces included.
+// A power of two above anything a path can carry: the brightest emitter, emissive surfaces
+// included.
 static int film_exponent(const CohortScene *scene)
 {
     float brightest = 1.0f;
@@ -94,7 +96,8 @@ static int film_exponent(const CohortScene *scene)
     for (uint32_t i = 0; i < scene->material_count; i++)
         for (int k = 0; k < 3; k++)
             brightest = fmaxf(brightest, scene->materials[i].inputs[CO_INPUT_EMISSIVE].value[k]);
-    // Tiny lights are very bright and light little: 20 of the 24 bits of headroom above S go to them.
+    // Tiny lights are very bright and light little: 20 of the 24 bits of headroom above S go to
+    // them.
     float exponent = isfinite(brightest) ? (float)ilogbf(brightest) + 1.0f : 120.0f;
     exponent -= co_clamp(exponent - 20.0f, 0.0f, 20.0f);
     return (int)co_clamp(exponent, 0.0f, 120.0f);
@@ -105,11 +108,12 @@ static void choose_sort(CohortRender *r)
     const CohortSceneCounts *c = &r->scene->counts;
     CohortSort sort = r->settings.sort;
     bool pays = c->geometry_bytes + c->accel_bytes > SORT_PAYS_BYTES;
-    r->sorts_rays = sort == COHORT_SORT_RAYS || sort == COHORT_SORT_BOTH ||
-                    (sort == COHORT_SORT_AUTO && pays);
+    r->sorts_rays =
+        sort == COHORT_SORT_RAYS || sort == COHORT_SORT_BOTH || (sort == COHORT_SORT_AUTO && pays);
     // Rays of a small scene in the order of their bins share enough of the top level as they are.
     r->groups_rays = r->sorts_rays || sort == COHORT_SORT_AUTO;
-    r->sorts_hits = sort == COHORT_SORT_HITS || sort == COHORT_SORT_BOTH || sort == COHORT_SORT_AUTO;
+    r->sorts_hits =
+        sort == COHORT_SORT_HITS || sort == COHORT_SORT_BOTH || sort == COHORT_SORT_AUTO;
 }
 
 // A folder that is named must do, even if all of the render should fit into memory.
@@ -146,8 +150,8 @@ static bool create_parts(CohortRender *r, CohortError *err)
     if (!r->film)
         return false;
     co_film_set_alone(r->film, r->worker_count == 1);
-    r->bins = co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->bin_memory, r->scratch,
-                                 err);
+    r->bins =
+        co_ray_bins_create(s->batch, r->ray_words, r->worker_count, r->bin_memory, r->scratch, err);
     if (!r->bins)
         return false;
     return alloc_batch(&r->batch, s->batch, err);
@@ -201,8 +205,8 @@ void cohort_render_cancel(CohortRender *r)
 static uint32_t next_round(const CohortRender *r)
 {
     uint32_t last = r->rounds ? r->round_samples : 0;
-    uint64_t want = co_schedule_round(r->samples_done, r->settings.spp, r->pixels, last,
-                                      r->last_round_seconds);
+    uint64_t want =
+        co_schedule_round(r->samples_done, r->settings.spp, r->pixels, last, r->last_round_seconds);
     double limit = r->settings.time_limit_seconds;
     if (limit > 0.0 && last > 0 && r->last_round_seconds > 0.0) {
         double fits = (limit - r->spent_seconds) * (double)last / r->last_round_seconds;
@@ -294,8 +298,8 @@ static void add_counts(CoWorkerCounts *sum, const CoWorkerCounts *w)
     sum->traverse.invalid += w->traverse.invalid;
 }
 
-// No ray is lost: what the bins took in this round has been traced and has ended, once each. The two
-// sides are counted apart, by the bins and by the stages.
+// No ray is lost: what the bins took in this round has been traced and has ended, once each. The
+// two sides are counted apart, by the bins and by the stages.
 static bool settle_counts(CohortRender *r, uint64_t committed_before, CohortError *err)
 {
     CoWorkerCounts round = {0};
@@ -340,8 +344,8 @@ bool cohort_render_round(CohortRender *r, CohortError *err)
     r->samples_done += r->round_samples;
     r->rounds++;
     r->mean_error = co_film_mean_error(r->film);
-    r->is_noise_reached = r->settings.noise > 0.0 && r->samples_done >= 4 &&
-                          r->mean_error <= r->settings.noise;
+    r->is_noise_reached =
+        r->settings.noise > 0.0 && r->samples_done >= 4 && r->mean_error <= r->settings.noise;
     r->camera_next = 0;
     note_progress(r);
     if (cohort_render_is_done(r))

@@ -6,8 +6,8 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "shims/ocio.h"
-#include "shims/osd.h"
 #include "shims/oiio.h"
+#include "shims/osd.h"
 
 uint32_t cohort_aov_components(CohortAov aov)
 {
@@ -81,8 +81,8 @@ void cohort_render_stats(const CohortRender *r, CohortRenderStats *out)
     out->isa = r->kernels->isa;
 }
 
-// Everything that decides the pixels, and nothing of the schedule. The number of samples is left out:
-// a film may be taken further than was first asked for.
+// Everything that decides the pixels, and nothing of the schedule. The number of samples is left
+// out: a film may be taken further than was first asked for.
 static uint64_t film_key(const CohortRender *r, uint64_t stage_hash)
 {
     const CohortRenderSettings *s = &r->settings;

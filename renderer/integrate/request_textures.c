@@ -66,7 +66,9 @@ static uint32_t lookup_need(const CohortRender *render, const CoHitRecord *hit)
     return m->lookup_count;
 }
 
-enum { REQUEST_BLOCK = 4096 };
+enum {
+    REQUEST_BLOCK = 4096
+};
 
 typedef struct RequestWork {
     CohortRender *render;

@@ -28,8 +28,7 @@ const char *co_scene_string(CohortScene *scene, const char *text)
     return text ? co_arena_string(&scene->names, text, strlen(text)) : NULL;
 }
 
-void co_scene_warn(CohortScene *scene, CohortSeverity severity, const char *place,
-                   const char *text)
+void co_scene_warn(CohortScene *scene, CohortSeverity severity, const char *place, const char *text)
 {
     if (!place)
         place = "";
@@ -154,8 +153,8 @@ static bool check_object(const CohortScene *scene, uint32_t object, CohortError 
     return true;
 }
 
-// Points far from their own origin lose bits when rays are brought to them: such a mesh is moved by a
-// power-of-two multiple, which its instances' transforms, kept in double, take back.
+// Points far from their own origin lose bits when rays are brought to them: such a mesh is moved by
+// a power-of-two multiple, which its instances' transforms, kept in double, take back.
 static void choose_origin(const CohortMeshDesc *desc, double origin[3])
 {
     double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -186,8 +185,8 @@ static void mesh_warn(void *cookie, const char *text)
     co_scene_warn(w->scene, COHORT_SEVERITY_WARNING, w->path, text);
 }
 
-// The mesh keeps a slot by face and the object the material by slot, so that other materials need no
-// other mesh. Gives the description with slots; its subsets are scratch.
+// The mesh keeps a slot by face and the object the material by slot, so that other materials need
+// no other mesh. Gives the description with slots; its subsets are scratch.
 static bool make_slots(CoSceneObject *o, const CohortMeshDesc *desc, CohortMeshDesc *slotted,
                        CohortError *err)
 {
@@ -211,8 +210,8 @@ static bool make_slots(CoSceneObject *o, const CohortMeshDesc *desc, CohortMeshD
     return true;
 }
 
-static bool moved_mesh_create(const CohortMeshDesc *desc, CoSceneObject *object, MeshWarning *warning,
-                              CohortError *err)
+static bool moved_mesh_create(const CohortMeshDesc *desc, CoSceneObject *object,
+                              MeshWarning *warning, CohortError *err)
 {
     CohortMeshDesc moved = *desc;
     size_t bytes;
@@ -290,8 +289,8 @@ bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32
     return true;
 }
 
-bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortInstanceDesc *instances,
-                            size_t count, CohortError *err)
+bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
+                            const CohortInstanceDesc *instances, size_t count, CohortError *err)
 {
     if (!check_object(scene, object, err))
         return false;
@@ -384,11 +383,11 @@ bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLigh
     CO_CHECK(light < scene->light_count, err, COHORT_ERROR_ARGUMENT,
              "there is no light %u in this scene", light);
     CohortLightDesc kept = *desc;
-    bool is_kept = keep_string(scene, desc->path ? desc->path : "", &kept.path) &&
-                   keep_string(scene, desc->texture_file, &kept.texture_file) &&
-                   keep_string(scene, desc->texture_asset, &kept.texture_asset) &&
-                   keep_string(scene, desc->texture_color_space_name,
-                               &kept.texture_color_space_name);
+    bool is_kept =
+        keep_string(scene, desc->path ? desc->path : "", &kept.path) &&
+        keep_string(scene, desc->texture_file, &kept.texture_file) &&
+        keep_string(scene, desc->texture_asset, &kept.texture_asset) &&
+        keep_string(scene, desc->texture_color_space_name, &kept.texture_color_space_name);
     CO_CHECK(is_kept, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for a light");
     scene->light_descs[light] = kept;
     scene->lights_dirty = true;

@@ -11,11 +11,15 @@
 #define TAG CO_MEMORY_SCENE
 
 // Meshes larger than this are built one at a time, each by all threads; smaller ones side by side.
-enum { PARALLEL_BUILD_TRIANGLES = 50000 };
+enum {
+    PARALLEL_BUILD_TRIANGLES = 50000
+};
 
 // Trees of small meshes share blocks where so many triangles are built at once; after small edits
 // each stands alone, so that it can be freed alone.
-enum { SHARED_BLOCK_TRIANGLES = 1 << 20 };
+enum {
+    SHARED_BLOCK_TRIANGLES = 1 << 20
+};
 
 typedef struct MeshBuilds {
     CohortScene *scene;
@@ -170,13 +174,14 @@ static void group_box(const CohortScene *scene, const CoSceneObject *object, dou
         const CoSceneObject *child = &scene->objects[desc->object];
         CoMat4d m = placement_matrix(scene, desc), inverse;
         if (!desc->hidden && child->kind != CO_OBJECT_EMPTY &&
-            !box_is_empty(child->box_min, child->box_max) && co_mat4d_invert_placement(&m, &inverse))
+            !box_is_empty(child->box_min, child->box_max) &&
+            co_mat4d_invert_placement(&m, &inverse))
             grow_box(box, &m, child->box_min, child->box_max);
     }
 }
 
-// Center of the box, rounded to a power-of-two grid about as coarse as the scene: what is subtracted
-// is then exact in double and does not move when the scene changes a little.
+// Center of the box, rounded to a power-of-two grid about as coarse as the scene: what is
+// subtracted is then exact in double and does not move when the scene changes a little.
 static void choose_frame(CohortScene *scene)
 {
     const double *box = scene->box;
@@ -294,9 +299,8 @@ static bool commit_object(CohortScene *scene, uint32_t id, CohortError *err)
 
 static bool commit_paths(CohortScene *scene, CohortError *err)
 {
-    CoAccelScene accel = {.objects = scene->accel_objects,
-                          .object_count = scene->object_count,
-                          .root = 0};
+    CoAccelScene accel = {
+        .objects = scene->accel_objects, .object_count = scene->object_count, .root = 0};
     scene->accel = accel;
     return co_accel_path_count(&scene->accel, &scene->path_count) ||
            CO_FAIL(err, COHORT_ERROR_LIMIT, "more than 2^32 instances in all");
@@ -413,8 +417,8 @@ bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, 
     CO_CHECK(scene->has_camera, err, COHORT_ERROR_SCENE, "the scene has no camera");
     if (!co_scene_commit_textures(scene, options, err) ||
         !co_scene_displace(scene, options->stop, err) ||
-        !co_scene_commit_objects(scene, options->stop, err) || !co_scene_commit_lights(scene, err) ||
-        !co_scene_commit_camera(scene, err))
+        !co_scene_commit_objects(scene, options->stop, err) ||
+        !co_scene_commit_lights(scene, err) || !co_scene_commit_camera(scene, err))
         return false;
     CO_CHECK(publish_warnings(scene), err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     scene->is_committed = true;

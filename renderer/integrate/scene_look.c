@@ -40,9 +40,8 @@ static void check_ptex(CohortScene *scene, uint32_t object, uint32_t slot)
             continue;
         const CohortTextureDesc *desc = &scene->texture_descs[m->lookups[i].texture];
         bool is_triangle = false;
-        uint32_t faces = co_texture_ptex_faces(scene->textures,
-                                               scene->texture_ids[m->lookups[i].texture],
-                                               &is_triangle);
+        uint32_t faces = co_texture_ptex_faces(
+            scene->textures, scene->texture_ids[m->lookups[i].texture], &is_triangle);
         if (faces == 0 || faces == mesh->ptex_face_count)
             continue;
         char text[256];
@@ -107,8 +106,8 @@ bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *opti
         return false;
     for (; scene->textures_added < scene->texture_count; scene->textures_added++) {
         CO_CHECK_STOP(options->stop, err);
-        uint32_t id = co_textures_add(scene->textures, &scene->texture_descs[scene->textures_added],
-                                      err);
+        uint32_t id =
+            co_textures_add(scene->textures, &scene->texture_descs[scene->textures_added], err);
         if (id == COHORT_INVALID_ID)
             return false;
         scene->texture_ids[scene->textures_added] = id;
@@ -136,8 +135,8 @@ static bool read_light_image(CohortScene *scene, const CohortLightDesc *desc, Co
                              CohortError *err)
 {
     CohortTextureDesc image = {.path = desc->texture_file,
-                               .asset = desc->texture_asset ? desc->texture_asset
-                                                            : desc->texture_file,
+                               .asset =
+                                   desc->texture_asset ? desc->texture_asset : desc->texture_file,
                                .color_space = desc->texture_color_space,
                                .color_space_name = desc->texture_color_space_name};
     CohortError why = {0};
@@ -182,7 +181,8 @@ static bool build_lights(CohortScene *scene, CohortLightDesc *descs, CohortError
 bool co_scene_commit_lights(CohortScene *scene, CohortError *err)
 {
     uint32_t n = scene->light_count;
-    // Built in the render frame, which other edits may move; else the images need no second reading.
+    // Built in the render frame, which other edits may move; else the images need no second
+    // reading.
     if (scene->lights && !scene->lights_dirty &&
         memcmp(scene->lights_frame, scene->frame, sizeof scene->frame) == 0)
         return true;

@@ -10,7 +10,9 @@
 #define TAG CO_MEMORY_SCENE
 
 // Recursion ends here; a walk has a frame per level.
-enum { DEPTH_MAX = 4096 };
+enum {
+    DEPTH_MAX = 4096
+};
 
 static bool measure(CohortScene *scene, uint32_t id, uint32_t depth, CohortError *err)
 {
@@ -34,8 +36,8 @@ static bool measure(CohortScene *scene, uint32_t id, uint32_t depth, CohortError
     return true;
 }
 
-// Neighboring heights whose groups become one: the lowest run first, each with its highest height and
-// what the largest group of it may come to.
+// Neighboring heights whose groups become one: the lowest run first, each with its highest height
+// and what the largest group of it may come to.
 typedef struct Run {
     uint32_t top;
     double size;
@@ -105,8 +107,8 @@ static uint64_t count_parts(const CohortScene *scene, const CoSceneObject *group
     return count;
 }
 
-// What is said of a placement within what is said of the group it stands in: the innermost color counts
-// that is not for meshes without one alone, or for these the innermost at all.
+// What is said of a placement within what is said of the group it stands in: the innermost color
+// counts that is not for meshes without one alone, or for these the innermost at all.
 static CoPart within(const CoPart *outer, const CohortInstanceDesc *edit)
 {
     CoPart part = {.desc = *edit, .firm_color = edit->color_yields ? NULL : edit->display_color};

@@ -12,10 +12,14 @@
 #define SPREAD_PER_ROOT_PDF 0.15f
 
 // Segments beyond a default path are subject to Russian roulette.
-enum { ROULETTE_DEPTH = 7 };
+enum {
+    ROULETTE_DEPTH = 7
+};
 
 // How many hits ahead records are asked for: a few hundred nanoseconds of shading each.
-enum { PREFETCH_HITS = 4 };
+enum {
+    PREFETCH_HITS = 4
+};
 
 typedef struct ShadeContext {
     CohortRender *render;
@@ -29,9 +33,9 @@ typedef struct Scatter {
     const CoRay *ray;
     const CoVertex *vertex;
     CoBsdf bsdf;
-    CoVec3 weight;  // throughput up to here, pass-through decided
-    CoVec3 origin;  // where rays start
-    CoVec3 normal;  // as the record keeps it
+    CoVec3 weight; // throughput up to here, pass-through decided
+    CoVec3 origin; // where rays start
+    CoVec3 normal; // as the record keeps it
     uint32_t normal_code;
     uint32_t n_bsdf, n_light;
     bool is_split;
@@ -98,17 +102,17 @@ static void shade_light_ray(ShadeContext *c, const CoRay *ray, const CoHitRecord
     pass_through(c, ray, hit, co_mul(ray->weight, through), co_path_key(c->render, ray->path));
 }
 
-// Decides whether the ray goes straight on, with the probability p of the share that does: so a camera
-// ray that stays counts as coverage. Where something is reflected too, p stays below 1; what stays
-// carries 1 / (1 - p), the lobe that went through is taken out of the BSDF. A cut-out is all or nothing.
+// Decides whether the ray goes straight on, with the probability p of the share that does: so a
+// camera ray that stays counts as coverage. Where something is reflected too, p stays below 1; what
+// stays carries 1 / (1 - p), the lobe that went through is taken out of the BSDF. A cut-out is all
+// or nothing.
 static bool passes(ShadeContext *c, const CoHitRecord *hit, Scatter *s)
 {
     CoVec3 through = co_vertex_transmittance(s->vertex, &s->bsdf);
     if (is_black(through))
         return false;
     const CoMaterial *material = s->vertex->material;
-    bool is_cutout =
-        !material || material->opacity_threshold > 0.0f || material->opacity_presence;
+    bool is_cutout = !material || material->opacity_threshold > 0.0f || material->opacity_presence;
     float reflecting = s->bsdf.p_diffuse + s->bsdf.p_specular + s->bsdf.p_coat;
     float most = !is_cutout && reflecting > 0.0f ? 0.98f : 1.0f;
     float p = fminf(co_max3(through), most);
@@ -166,8 +170,9 @@ static void choose_counts(const CohortRender *render, Scatter *s)
         s->n_light = 0;
 }
 
-// The numbers of a decision, those of the direction first: the first two dimensions of Sobol' are the
-// best distributed pair, and where there is nothing to choose no third is made. The split's rays share one set, and so do those that follow a branch.
+// The numbers of a decision, those of the direction first: the first two dimensions of Sobol' are
+// the best distributed pair, and where there is nothing to choose no third is made. The split's
+// rays share one set, and so do those that follow a branch.
 static void draw(const CohortRender *render, const Scatter *s, CoDecision decision, uint32_t i,
                  uint32_t n, uint32_t count, float *u)
 {
@@ -255,7 +260,9 @@ static void emit_bsdf_sample(ShadeContext *c, const Scatter *s, uint32_t i)
     CoRay ray = {.org = s->origin,
                  .dir = wi,
                  .weight = co_scale(weight, survive),
-                 .pdf = sample.is_delta ? INFINITY : competes ? co_ray_quantize_pdf(pdf) : 0.0f,
+                 .pdf = sample.is_delta ? INFINITY
+                        : competes      ? co_ray_quantize_pdf(pdf)
+                                        : 0.0f,
                  .normal = s->normal,
                  .path = s->ray->path,
                  .kind = CO_RAY_BSDF,
@@ -287,10 +294,8 @@ static void shade_surface(ShadeContext *c, const CoRay *ray, const CoHitRecord *
                           const CoVertex *vertex)
 {
     CohortRender *render = c->render;
-    Scatter s = {.ray = ray,
-                 .vertex = vertex,
-                 .weight = ray->weight,
-                 .key = co_path_key(render, ray->path)};
+    Scatter s = {
+        .ray = ray, .vertex = vertex, .weight = ray->weight, .key = co_path_key(render, ray->path)};
     CoVec3 emissive;
     c->counts->hit++;
     co_vertex_bsdf(render->scene, vertex, &s.bsdf, &emissive);
@@ -333,7 +338,8 @@ static void shade_hits(void *context, size_t begin, size_t end, uint32_t worker)
         else
             co_ray_decode_shading(words, render->ray_options, &ray);
         CoVertex vertex;
-        vertex.hit.texels = b->lookup_count ? (const float(*)[4])&b->texels[hit->first_lookup] : NULL;
+        vertex.hit.texels =
+            b->lookup_count ? (const float(*)[4]) & b->texels[hit->first_lookup] : NULL;
         co_vertex_make(render->scene, &c.memo, hit, &ray, &vertex);
         if (ray.kind == CO_RAY_LIGHT)
             shade_light_ray(&c, &ray, hit, &vertex);

@@ -6,9 +6,9 @@
 #include "base/parallel.h"
 #include "sort/ray_sort.h"
 
-// Light rays end at their emitter, where they start if nothing blocks it, camera rays at the far clip
-// or at the light they show: a lamp in the picture hides what is behind it, though it blocks no other
-// ray. The rest have no end.
+// Light rays end at their emitter, where they start if nothing blocks it, camera rays at the far
+// clip or at the light they show: a lamp in the picture hides what is behind it, though it blocks
+// no other ray. The rest have no end.
 static void bound_ray(const CohortRender *render, const uint32_t *words, uint32_t kind, size_t i)
 {
     const CoRayBatch *rays = &render->batch.rays;

@@ -205,8 +205,7 @@ static CoVec3 shading_normal(const CoVertex *vertex)
                          co_affine_vector(m, frame.dpdt), tangent_normal);
 }
 
-void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out,
-                    CoVec3 *emissive)
+void co_vertex_bsdf(const CohortScene *scene, const CoVertex *vertex, CoBsdf *out, CoVec3 *emissive)
 {
     CoVec3 ns = shading_normal(vertex);
     if (!vertex->material) {

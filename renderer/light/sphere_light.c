@@ -1,7 +1,7 @@
 // Spheres, and ellipsoids as the unit sphere of a linear map.
 //
-// The visible cone is sampled uniformly in solid angle. A direction's density changes under a linear
-// map A by |det A| / |A w|^3. Inside there is no light: UsdLux emits outwards.
+// The visible cone is sampled uniformly in solid angle. A direction's density changes under a
+// linear map A by |det A| / |A w|^3. Inside there is no light: UsdLux emits outwards.
 
 #include "light/light_internal.h"
 #include "math/warp.h"

@@ -1,5 +1,5 @@
-// A worker gathers records and gives them to a bin's file many at a time: a disk wants whole pages, and
-// copies to memory that go around the caches are waited for at each end.
+// A worker gathers records and gives them to a bin's file many at a time: a disk wants whole pages,
+// and copies to memory that go around the caches are waited for at each end.
 #include "rays/ray_bin_parts.h"
 
 #include "base/error.h"

@@ -1,5 +1,5 @@
-// Files on disk are written with pwrite, not through a mapping: a disk that fails then gives an error
-// where a store would give SIGBUS.
+// Files on disk are written with pwrite, not through a mapping: a disk that fails then gives an
+// error where a store would give SIGBUS.
 #include "rays/ray_bin_parts.h"
 
 #include "base/error.h"

@@ -30,7 +30,7 @@ static bool direction_encode(CoVec3 v, CoOct *out)
         return true;
     for (int32_t i = 0; i < 9; i++) {
         CoOct code = {clamp_code(nearest.x + i % 3 - 1, CO_DIRECTION_MAX),
-                    clamp_code(nearest.y + i / 3 - 1, CO_DIRECTION_MAX)};
+                      clamp_code(nearest.y + i / 3 - 1, CO_DIRECTION_MAX)};
         if (is_same(co_oct_decode(code, CO_DIRECTION_MAX), v)) {
             *out = code;
             break;
@@ -68,7 +68,8 @@ CoVec3 co_ray_decode_direction(const uint32_t *words)
 
 static CoVec3 normal_decode(uint32_t bits)
 {
-    CoOct code = {(int32_t)(bits & 255u) - CO_NORMAL_MAX, (int32_t)(bits >> 8 & 255u) - CO_NORMAL_MAX};
+    CoOct code = {(int32_t)(bits & 255u) - CO_NORMAL_MAX,
+                  (int32_t)(bits >> 8 & 255u) - CO_NORMAL_MAX};
     return co_oct_decode(code, CO_NORMAL_MAX);
 }
 
@@ -101,7 +102,8 @@ static float step_decode(uint32_t code)
 static CoVec3 weight_decode(uint32_t word, uint32_t high_bits, uint32_t kind)
 {
     int exponent = (int)(word >> 27 | high_bits << 5) - co_exponent_bias(kind);
-    double scale = co_power_of_two(exponent > CO_EXPONENT_MAX_LIGHT ? CO_EXPONENT_MAX_LIGHT : exponent);
+    double scale =
+        co_power_of_two(exponent > CO_EXPONENT_MAX_LIGHT ? CO_EXPONENT_MAX_LIGHT : exponent);
     return co_vec3((float)((word & 511u) * scale), (float)((word >> 9 & 511u) * scale),
                    (float)((word >> 18 & 511u) * scale));
 }

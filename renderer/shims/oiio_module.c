@@ -30,10 +30,11 @@ static void load(void)
 static const CoOiioFunctions *loaded(CohortError *err)
 {
     pthread_once(&once, load);
-    CO_CHECK_NULL(functions, err, COHORT_ERROR_INSTALLATION,
-                  "images cannot be read: %.100s; " CO_OIIO_MODULE " belongs into lib/cohort beside "
-                  "the program's folder: install Cohort again, or name its folder in LD_LIBRARY_PATH",
-                  reason);
+    CO_CHECK_NULL(
+        functions, err, COHORT_ERROR_INSTALLATION,
+        "images cannot be read: %.100s; " CO_OIIO_MODULE " belongs into lib/cohort beside "
+        "the program's folder: install Cohort again, or name its folder in LD_LIBRARY_PATH",
+        reason);
     return functions;
 }
 

@@ -11,12 +11,12 @@
 #include <string.h>
 
 enum {
-    RUN_LEAST = 1024,    // rays of a run, and of a batch of DENSE or more, whose places are closer
+    RUN_LEAST = 1024, // rays of a run, and of a batch of DENSE or more, whose places are closer
     RUN_DENSE = 2048,
     DENSE = 1 << 20,
-    CELL_RAYS_BITS = 5,  // log2 of the rays of a cell, were they spread evenly
-    CELL_BITS_MAX = 18,  // log2 of how many cells
-    FINE_BITS = 6,       // that a place is known better than by its cell, at least
+    CELL_RAYS_BITS = 5, // log2 of the rays of a cell, were they spread evenly
+    CELL_BITS_MAX = 18, // log2 of how many cells
+    FINE_BITS = 6,      // that a place is known better than by its cell, at least
     DIRECTION_BITS_MAX = 2 * CO_KEY_MIXED_BITS + CO_KEY_FACE_BITS,
     DIGIT_BITS_MAX = 10, // of the sort within a large cell
     BLOCKS_MAX = 16,
@@ -133,8 +133,8 @@ static void scan_cells(Curve *curve)
 
 // --- within segments ----------------------------------------------------------------------------
 
-// By all of the key of the place, from the lowest digit up to the last bit that differs, between the
-// segment's parts of both arrays. Returns the array that has the result.
+// By all of the key of the place, from the lowest digit up to the last bit that differs, between
+// the segment's parts of both arrays. Returns the array that has the result.
 static const uint64_t *sort_places(const Curve *curve, const Segment *segment)
 {
     uint64_t *from = curve->sorted, *to = curve->items, differs = 0;

@@ -59,8 +59,8 @@ static void moved_blocks_keep_what_fits(void **state)
     assert_int_equal(co_memory_live(CO_MEMORY_BASE), live);
 }
 
-// Within the heap, within large pages and from those to the heap: aligned, nothing lost, and none of
-// the latter twice.
+// Within the heap, within large pages and from those to the heap: aligned, nothing lost, and none
+// of the latter twice.
 static void blocks_that_shrink_keep_what_is_left(void **state)
 {
     (void)state;

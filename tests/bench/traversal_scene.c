@@ -164,7 +164,8 @@ static void finish(BenchScene *scene)
         const CoMesh *mesh = &scene->meshes[i];
         scene->objects[i] =
             (CoObject){.mesh = mesh, .box_min = mesh->box_min, .box_max = mesh->box_max};
-        scene->instances[i] = (CoInstance){.object = i, .to_group = identity, .to_object = identity};
+        scene->instances[i] =
+            (CoInstance){.object = i, .to_group = identity, .to_object = identity};
         scene->triangles += mesh->tri_count;
         scene->mesh_bytes += 12 * ((size_t)mesh->point_count + mesh->tri_count);
     }
@@ -238,8 +239,8 @@ static double rebuild_objects(const CoAccelScene *scene)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const CoObject *object = &scene->objects[i];
         if (object->top)
-            co_top_destroy(co_top_create(object->instances, object->instance_count,
-                                         scene->objects, NULL));
+            co_top_destroy(
+                co_top_create(object->instances, object->instance_count, scene->objects, NULL));
     }
     double seconds = co_clock_seconds() - start;
     for (uint32_t i = 0; i < r.count; i++)

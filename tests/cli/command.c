@@ -66,7 +66,9 @@ static const char stage[] =
     "    }\n"
     "}\n";
 
-enum { ARGUMENTS_MAX = 64 };
+enum {
+    ARGUMENTS_MAX = 64
+};
 static const char out_file[] = "stdout.txt", err_file[] = "stderr.txt";
 static char folder[] = "/tmp/cohort-cli-XXXXXX";
 

@@ -81,8 +81,10 @@ static void arcs_that_lead_nowhere(void **state)
 {
     (void)state;
     Ran ran;
-    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef \"a\" (\n    references = @./none.usda@\n"
-                    ")\n{\n}\n", "--headlight");
+    run_stage(&ran,
+              "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef \"a\" (\n    references = @./none.usda@\n"
+              ")\n{\n}\n",
+              "--headlight");
     assert_rendered(&ran, "none.usda");
     assert_non_null(strstr(ran.err, "warning"));
     assert_null(strstr(ran.err, "error"));
@@ -99,14 +101,15 @@ static const char plane[] =
 
 static void textured(char *out, size_t size, const char *shader)
 {
-    snprintf(out, size,
-             "#usda 1.0\ndef Mesh \"m\" (\n    prepend apiSchemas = [\"MaterialBindingAPI\"]\n)\n{\n"
-             "%s    rel material:binding = </M>\n}\ndef Material \"M\"\n{\n"
-             "    token outputs:surface.connect = </M/S.outputs:surface>\n"
-             "    def Shader \"S\"\n    {\n        uniform token info:id = \"UsdPreviewSurface\"\n"
-             "        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>\n"
-             "        token outputs:surface\n    }\n    def Shader \"T\"\n    {\n%s    }\n}\n",
-             plane, shader);
+    snprintf(
+        out, size,
+        "#usda 1.0\ndef Mesh \"m\" (\n    prepend apiSchemas = [\"MaterialBindingAPI\"]\n)\n{\n"
+        "%s    rel material:binding = </M>\n}\ndef Material \"M\"\n{\n"
+        "    token outputs:surface.connect = </M/S.outputs:surface>\n"
+        "    def Shader \"S\"\n    {\n        uniform token info:id = \"UsdPreviewSurface\"\n"
+        "        color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>\n"
+        "        token outputs:surface\n    }\n    def Shader \"T\"\n    {\n%s    }\n}\n",
+        plane, shader);
 }
 
 static void textures(void **state)
@@ -146,7 +149,8 @@ static void without_the_image_module(void **state)
     write_text("image.1001.png", "\x89PNG\r\n\x1a\nrubbish");
     assert_int_equal(mkdir("alone", 0777), 0);
     assert_int_equal(system("cp " COHORT_COMMAND " alone/cohort"), 0);
-    assert_int_equal(system("alone/cohort cat stage.usda > said.txt && grep -q Sphere said.txt"), 0);
+    assert_int_equal(system("alone/cohort cat stage.usda > said.txt && grep -q Sphere said.txt"),
+                     0);
     assert_int_equal(system("alone/cohort render stage.usda --spp 1 -q -o x.exr -o x.png"), 0);
     assert_int_equal(unlink("x.exr"), 0);
     static const char said_once[] = "test $(wc -l < said.txt) = 1 && "
@@ -156,16 +160,19 @@ static void without_the_image_module(void **state)
         char shader[256];
         snprintf(shader, sizeof shader,
                  "        uniform token info:id = \"UsdUVTexture\"\n"
-                 "        asset inputs:file = @%s@\n        float3 outputs:rgb\n", files[i]);
+                 "        asset inputs:file = @%s@\n        float3 outputs:rgb\n",
+                 files[i]);
         textured(text, sizeof text, shader);
         write_text("bad.usda", text);
         assert_int_equal(system("alone/cohort render bad.usda --spp 1 --size 8x8 --headlight "
-                                "-o x.exr 2> said.txt"), 3 << 8);
+                                "-o x.exr 2> said.txt"),
+                         3 << 8);
         assert_int_equal(system(said_once), 0);
         assert_false(file_exists("x.exr"));
     }
     assert_int_equal(system("alone/cohort render stage.usda --spp 1 --size 8x8 --env image.png "
-                            "-o x.exr 2> said.txt"), 3 << 8);
+                            "-o x.exr 2> said.txt"),
+                     3 << 8);
     assert_int_equal(system(said_once), 0);
     assert_false(file_exists("x.exr"));
 }
@@ -180,7 +187,8 @@ static void a_ptex_file_of_another_mesh(void **state)
     char text[2560], shader[512];
     snprintf(shader, sizeof shader,
              "        uniform token info:id = \"HwPtexTexture_1\"\n"
-             "        asset inputs:file = @%s@\n        float3 outputs:rgb\n", file);
+             "        asset inputs:file = @%s@\n        float3 outputs:rgb\n",
+             file);
     textured(text, sizeof text, shader);
     run_stage(&ran, text, "--headlight");
     assert_rendered(&ran, "faces");
@@ -193,20 +201,25 @@ static void meshes(void **state)
         const char *mesh, *said;
     } cases[] = {
         {"int[] faceVertexCounts = [3]\n    int[] faceVertexIndices = [0, 1, 2]\n"
-         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (nan, 1, 0)]\n", "NaN"},
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (nan, 1, 0)]\n",
+         "NaN"},
         {"int[] faceVertexCounts = [3, 4]\n    int[] faceVertexIndices = [0, 1, 2]\n"
-         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "faceVertexCounts"},
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n",
+         "faceVertexCounts"},
         {"int[] faceVertexCounts = [3]\n    int[] faceVertexIndices = [0, 1, 9]\n"
-         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "/bad"},
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n",
+         "/bad"},
         {"int[] faceVertexCounts = [-3]\n    int[] faceVertexIndices = [0, 1, 2]\n"
-         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n", "/bad"},
+         "    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n",
+         "/bad"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         Ran ran;
         char text[2048];
         snprintf(text, sizeof text,
                  "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef Mesh \"bad\"\n{\n    %s"
-                 "    uniform token subdivisionScheme = \"none\"\n}\n", cases[i].mesh);
+                 "    uniform token subdivisionScheme = \"none\"\n}\n",
+                 cases[i].mesh);
         run_stage(&ran, text, "--headlight");
         assert_rendered(&ran, cases[i].said);
     }
@@ -239,7 +252,8 @@ static void matrices_without_inverse(void **state)
         snprintf(text, sizeof text,
                  "#usda 1.0\ndef Cube \"ok\"\n{\n}\ndef Sphere \"flat\"\n{\n"
                  "    float3 xformOp:scale = %s\n"
-                 "    uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n", scales[i]);
+                 "    uniform token[] xformOpOrder = [\"xformOp:scale\"]\n}\n",
+                 scales[i]);
         run_stage(&ran, text, "--headlight");
         assert_rendered(&ran, "</flat> transform: left out");
     }
@@ -249,7 +263,8 @@ static void no_camera_frames_the_stage(void **state)
 {
     (void)state;
     Ran ran;
-    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n    double size = 300\n}\n", "--env sky --hide-lights");
+    run_stage(&ran, "#usda 1.0\ndef Cube \"ok\"\n{\n    double size = 300\n}\n",
+              "--env sky --hide-lights");
     assert_rendered(&ran, "wrote");
     CohortImage image = {0};
     assert_true(cohort_exr_read("x.exr", &image, NULL));
@@ -344,7 +359,8 @@ static void files_that_do_not_fit(void **state)
     command_run_limited(&ran, 16384, "render stage.usda --spp 1 --env sky -o x.exr");
     assert_refused(&ran, 4, "TMPDIR");
     // The scratch files of such batches fit, the picture does not.
-    command_run_limited(&ran, 16384, "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
+    command_run_limited(&ran, 16384,
+                        "render stage.usda --spp 1 --batch 256 --size 128x128 -o x.exr");
     assert_refused(&ran, 4, "x.exr");
     assert_int_equal(system("ls | grep -q partial"), 256);
     // Nor does the converted form of a texture, which is left out.
@@ -353,8 +369,9 @@ static void files_that_do_not_fit(void **state)
              "        uniform token info:id = \"UsdUVTexture\"\n"
              "        asset inputs:file = @image.png@\n        float3 outputs:rgb\n");
     write_text("bad.usda", text);
-    command_run_limited(&ran, 65536, "render bad.usda --spp 1 --batch 256 --size 8x8 --headlight "
-                                     "--converted converted -o x.exr");
+    command_run_limited(&ran, 65536,
+                        "render bad.usda --spp 1 --batch 256 --size 8x8 --headlight "
+                        "--converted converted -o x.exr");
     assert_rendered(&ran, "image.png: warning: its converted form");
     assert_int_equal(system("ls converted | grep -q ."), 256);
 }
@@ -370,13 +387,15 @@ static void statistics_that_do_not_fit(void **state)
     for (int i = 0; i < 400; i++) // each is named in the statistics
         fprintf(stage, "def BasisCurves \"curve_%d\"\n{\n}\n", i);
     assert_int_equal(fclose(stage), 0);
-    command_run_limited(&ran, 16384, "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
-                                     "-o x.exr --stats x.json");
+    command_run_limited(&ran, 16384,
+                        "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
+                        "-o x.exr --stats x.json");
     assert_ran(&ran, 4, "x.json");
     assert_false(file_exists("x.json"));
     assert_int_equal(symlink("elsewhere.json", "link.json"), 0);
-    command_run_limited(&ran, 16384, "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
-                                     "-o x.exr --stats link.json");
+    command_run_limited(&ran, 16384,
+                        "render many.usda --headlight --spp 1 --batch 256 --size 8x8 -q "
+                        "-o x.exr --stats link.json");
     assert_ran(&ran, 4, "link.json");
     assert_int_equal(unlink("link.json"), 0); // a link, /dev/stdout for one, stays what it is
 }
@@ -385,8 +404,12 @@ static void statistics_that_do_not_fit(void **state)
 static void standard_streams_that_fail(void **state)
 {
     (void)state;
-    static const char *const arguments[] = {"cat stage.usda", "tree stage.usda", "check stage.usda",
-                                            "--version",      "--help",          "render --help",
+    static const char *const arguments[] = {"cat stage.usda",
+                                            "tree stage.usda",
+                                            "check stage.usda",
+                                            "--version",
+                                            "--help",
+                                            "render --help",
                                             "render stage.usda --list-cameras"};
     for (size_t i = 0; i < sizeof arguments / sizeof arguments[0]; i++) {
         char command[512];
@@ -407,7 +430,8 @@ static void names_of_any_bytes(void **state)
     (void)state;
     assert_int_equal(system("cp stage.usda \"$(printf 'caf\\351 \\377.usda')\""), 0);
     assert_int_equal(system(COHORT_COMMAND " render \"$(printf 'caf\\351 \\377.usda')\" --spp 1 -q "
-                            "-o \"$(printf 'o\\351.exr')\" --stats x.json"), 0);
+                                           "-o \"$(printf 'o\\351.exr')\" --stats x.json"),
+                     0);
     assert_int_equal(system("test -s \"$(printf 'o\\351.exr')\""), 0);
     assert_int_equal(system("grep -q 'caf.ufffd .ufffd.usda' x.json"), 0);
 }
@@ -420,8 +444,10 @@ static void folders_and_files_of_options(void **state)
     assert_refused(&ran, 4, "--scratch");
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --env none.hdr");
     assert_refused(&ran, 3, "none.hdr");
-    assert_int_equal(system("TMPDIR=/nofolder " COHORT_COMMAND " render stage.usda --spp 1 -o x.exr "
-                            "--scratch . --env sky 2> said.txt"), 4 << 8);
+    assert_int_equal(system("TMPDIR=/nofolder " COHORT_COMMAND
+                            " render stage.usda --spp 1 -o x.exr "
+                            "--scratch . --env sky 2> said.txt"),
+                     4 << 8);
     assert_int_equal(system("grep -q '/nofolder.*TMPDIR' said.txt"), 0);
     command_run(&ran, "render stage.usda --spp 1 -o x.exr --env stage.usda");
     assert_refused(&ran, 3, "--env stage.usda: cannot use image");

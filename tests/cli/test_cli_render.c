@@ -73,9 +73,10 @@ static void several_outputs_of_one_render(void **state)
 static void aovs_have_the_names_compositors_know(void **state)
 {
     (void)state;
-    static const char *const names[] = {"A", "B", "G", "R", "Z", "albedo.B", "albedo.G", "albedo.R",
-                                        "depth", "elementId", "error", "normal.X", "normal.Y",
-                                        "normal.Z", "primId", "sampleCount"};
+    static const char *const names[] = {"A",        "B",         "G",        "R",
+                                        "Z",        "albedo.B",  "albedo.G", "albedo.R",
+                                        "depth",    "elementId", "error",    "normal.X",
+                                        "normal.Y", "normal.Z",  "primId",   "sampleCount"};
     Ran ran;
     render(&ran, "-o aovs.exr --aov depth --aov cameraDepth --aov normal --aov albedo --aov primId "
                  "--aov elementId --aov sampleCount --aov error");
@@ -255,13 +256,47 @@ static void the_header_has_the_camera(void **state)
 static void statistics_have_stable_keys(void **state)
 {
     (void)state;
-    static const char *const keys[] = {
-        "version", "stage", "status", "rounds", "samples_per_pixel", "mean_error", "rays", "made",
-        "camera", "bsdf", "light", "traced", "ended", "hit", "miss", "blocked", "bytes_per_ray",
-        "batches", "per_bin", "bytes_written", "bytes_read", "traversal", "isa", "textures",
-        "lookups", "seconds", "load", "sort_rays", "traverse", "sort_hits", "shade", "render",
-        "total", "scene", "meshes", "instances", "triangles", "peak_resident_bytes", "builds",
-        "not_honored", "warnings"};
+    static const char *const keys[] = {"version",
+                                       "stage",
+                                       "status",
+                                       "rounds",
+                                       "samples_per_pixel",
+                                       "mean_error",
+                                       "rays",
+                                       "made",
+                                       "camera",
+                                       "bsdf",
+                                       "light",
+                                       "traced",
+                                       "ended",
+                                       "hit",
+                                       "miss",
+                                       "blocked",
+                                       "bytes_per_ray",
+                                       "batches",
+                                       "per_bin",
+                                       "bytes_written",
+                                       "bytes_read",
+                                       "traversal",
+                                       "isa",
+                                       "textures",
+                                       "lookups",
+                                       "seconds",
+                                       "load",
+                                       "sort_rays",
+                                       "traverse",
+                                       "sort_hits",
+                                       "shade",
+                                       "render",
+                                       "total",
+                                       "scene",
+                                       "meshes",
+                                       "instances",
+                                       "triangles",
+                                       "peak_resident_bytes",
+                                       "builds",
+                                       "not_honored",
+                                       "warnings"};
     Ran ran;
     static char text[16384];
     render(&ran, "-o s.exr --stats s.json");
@@ -315,9 +350,9 @@ static void quiet_is_silent(void **state)
 static void schedules_give_one_picture(void **state)
 {
     (void)state;
-    static const char *const schedules[] = {"--threads 1", "--batch 256", "--sort none",
-                                            "--sorter exact --sort both", "--isa scalar",
-                                            "--memory 256M"};
+    static const char *const schedules[] = {"--threads 1",  "--batch 256",
+                                            "--sort none",  "--sorter exact --sort both",
+                                            "--isa scalar", "--memory 256M"};
     Ran ran;
     render(&ran, "-o first.exr");
     for (size_t i = 0; i < sizeof schedules / sizeof schedules[0]; i++) {

@@ -137,9 +137,11 @@ static void resume_refuses_another_picture(void **state)
     (void)state;
     static const struct {
         const char *arguments, *said;
-    } others[] = {
-        {"--size 32x24", "pixels"}, {"--seed 1", "seed"}, {"--camera side", "another stage"},
-        {"--aov depth", "other AOVs"}, {"--level 1", "without --resume the render begins anew"}};
+    } others[] = {{"--size 32x24", "pixels"},
+                  {"--seed 1", "seed"},
+                  {"--camera side", "another stage"},
+                  {"--aov depth", "other AOVs"},
+                  {"--level 1", "without --resume the render begins anew"}};
     Ran ran;
     pid_t pid = start_endless();
     kill(pid, SIGUSR1);
@@ -218,8 +220,8 @@ static void write_tower(void)
     for (int level = 1; level <= 10; level++) {
         fprintf(file, "def \"L%d\"\n{\n", level);
         for (int i = 0; i < 4; i++)
-            fprintf(file, "    def \"x%d\" (\n        references = </L%d>\n    )\n    {\n    }\n", i,
-                    level - 1);
+            fprintf(file, "    def \"x%d\" (\n        references = </L%d>\n    )\n    {\n    }\n",
+                    i, level - 1);
         fprintf(file, "}\n");
     }
     assert_int_equal(fclose(file), 0);

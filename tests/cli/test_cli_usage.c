@@ -30,13 +30,47 @@ static void help_of_every_command(void **state)
 static void help_of_render_is_complete(void **state)
 {
     (void)state;
-    static const char *const options[] = {
-        "output", "camera", "list-cameras", "frames", "default-time", "size", "render-settings",
-        "variant", "level", "edge-length", "env", "headlight", "hide-lights", "spp", "time-limit", "noise",
-        "max-depth", "first-hit-samples", "light-samples", "preset", "filter", "seed", "aov",
-        "sort", "sorter", "batch", "scratch", "memory", "threads", "isa", "ptex-reductions",
-        "converted", "texture-level0", "ocio", "display", "view", "stats", "resume", "progress",
-        "quiet", "verbose"};
+    static const char *const options[] = {"output",
+                                          "camera",
+                                          "list-cameras",
+                                          "frames",
+                                          "default-time",
+                                          "size",
+                                          "render-settings",
+                                          "variant",
+                                          "level",
+                                          "edge-length",
+                                          "env",
+                                          "headlight",
+                                          "hide-lights",
+                                          "spp",
+                                          "time-limit",
+                                          "noise",
+                                          "max-depth",
+                                          "first-hit-samples",
+                                          "light-samples",
+                                          "preset",
+                                          "filter",
+                                          "seed",
+                                          "aov",
+                                          "sort",
+                                          "sorter",
+                                          "batch",
+                                          "scratch",
+                                          "memory",
+                                          "threads",
+                                          "isa",
+                                          "ptex-reductions",
+                                          "converted",
+                                          "texture-level0",
+                                          "ocio",
+                                          "display",
+                                          "view",
+                                          "stats",
+                                          "resume",
+                                          "progress",
+                                          "quiet",
+                                          "verbose"};
     Ran ran;
     command_run(&ran, "render -h");
     assert_int_equal(ran.code, 0);
@@ -134,12 +168,12 @@ static void refused_options(void **state)
 static void empty_values(void **state)
 {
     (void)state;
-    static const char *const options[] = {"-o", "--camera", "--stats", "--scratch", "--env",
-                                          "--frames", "--session", "--mask", "--spp"};
+    static const char *const options[] = {"-o",       "--camera",  "--stats", "--scratch", "--env",
+                                          "--frames", "--session", "--mask",  "--spp"};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         char command[512];
-        snprintf(command, sizeof command,
-                 "%s render stage.usda -o x.exr --spp 1 %s '' 2> said.txt", COHORT_COMMAND, options[i]);
+        snprintf(command, sizeof command, "%s render stage.usda -o x.exr --spp 1 %s '' 2> said.txt",
+                 COHORT_COMMAND, options[i]);
         assert_int_equal(system(command), 2 << 8);
         assert_int_equal(system("grep -q 'has an empty value' said.txt"), 0);
     }
@@ -212,9 +246,9 @@ static void layers_and_folders_that_are_not_there(void **state)
     Ran plain, ran;
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         command_run(&plain, "%s", commands[i]);
-        command_run(&ran,
-                    "%s --mute moon.usda --search-path /nonexistent --mute moon.usda --search-path .",
-                    commands[i]);
+        command_run(
+            &ran, "%s --mute moon.usda --search-path /nonexistent --mute moon.usda --search-path .",
+            commands[i]);
         assert_ran(&ran, plain.code, "warning: --mute moon.usda: ");
         assert_ran(&ran, plain.code, "warning: --search-path /nonexistent: ");
         assert_int_equal(line_count(ran.err), line_count(plain.err) + 2);

@@ -20,8 +20,8 @@ static void assert_frames(const char *spec, const double *expected, size_t count
     frames_clear(&list);
 }
 
-#define ASSERT_FRAMES(spec, ...)                                                                   \
-    assert_frames(spec, (const double[]){__VA_ARGS__},                                             \
+#define ASSERT_FRAMES(spec, ...) \
+    assert_frames(spec, (const double[]){__VA_ARGS__}, \
                   sizeof((const double[]){__VA_ARGS__}) / sizeof(double))
 
 static void specs(void **state)
@@ -55,10 +55,9 @@ static void the_end_is_reached_in_spite_of_rounding(void **state)
 static void bad_specs(void **state)
 {
     (void)state;
-    static const char *const specs[] = {"",      ",",     "1,",    "1:",     ":1",    "a",
-                                        "1:5x0", "5:1x1", "1:5x-1", "1:5x",  "nan",   "inf",
-                                        "1:inf", "0x10",  "1 :5",  "1:1e9",  "1--2",  "1:2000000",
-                                        "1:5x1e", "1.2.3"};
+    static const char *const specs[] = {
+        "",    ",",   "1,",    "1:",   ":1",   "a",     "1:5x0", "5:1x1",     "1:5x-1", "1:5x",
+        "nan", "inf", "1:inf", "0x10", "1 :5", "1:1e9", "1--2",  "1:2000000", "1:5x1e", "1.2.3"};
     for (size_t i = 0; i < sizeof specs / sizeof specs[0]; i++) {
         FrameList list = {0};
         char why[512] = "";

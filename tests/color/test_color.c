@@ -60,8 +60,9 @@ static void data_passes_unchanged(void **state)
 static void white_stays_white(void **state)
 {
     (void)state;
-    static const char *const names[] = {"lin_p3d65_scene", "lin_rec2020_scene", "lin_ap1_scene",
-                                        "lin_ap0_scene", "srgb_ap1_scene", "g22_adobergb_scene"};
+    static const char *const names[] = {"lin_p3d65_scene", "lin_rec2020_scene",
+                                        "lin_ap1_scene",   "lin_ap0_scene",
+                                        "srgb_ap1_scene",  "g22_adobergb_scene"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         CohortError err = {0};
         CoColor *color = co_color_create(NULL, NULL, &err);

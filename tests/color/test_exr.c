@@ -91,8 +91,9 @@ static void floats_come_back_bit_for_bit(void **state)
 static void halves_and_integers(void **state)
 {
     (void)state;
-    const float values[8] = {0.0f, -2.5f, 65504.0f, 0x1p-24f, 0x1p-14f, 1e6f, -INFINITY, 1.0f / 3.0f};
-    const float stored[8] = {0.0f,     -2.5f,     65504.0f,  0x1p-24f,
+    const float values[8] = {0.0f,     -2.5f, 65504.0f,  0x1p-24f,
+                             0x1p-14f, 1e6f,  -INFINITY, 1.0f / 3.0f};
+    const float stored[8] = {0.0f,     -2.5f,    65504.0f,  0x1p-24f,
                              0x1p-14f, INFINITY, -INFINITY, 1365.0f / 4096.0f};
     const uint32_t ids[8] = {0, 1, 2, 255, 65535, 16777216, 3, 4294967295u};
     CohortChannel channels[2] = {{"half", COHORT_CHANNEL_HALF, values, 4},
@@ -276,7 +277,8 @@ static void failed_writes_leave_no_trace(void **state)
     for (; !ok; bytes += bytes < 1024 ? 1 : 509) { // ends in the header, the table, any chunk
         small.rlim_cur = bytes;
         full = (CohortError){0};
-        CohortCompression compression = bytes % 2 ? COHORT_COMPRESSION_ZIP : COHORT_COMPRESSION_NONE;
+        CohortCompression compression =
+            bytes % 2 ? COHORT_COMPRESSION_ZIP : COHORT_COMPRESSION_NONE;
         assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
         ok = write_floats("full.exr", 64, 64, pixels, compression, &full);
         assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);

@@ -104,7 +104,8 @@ static void what_is_no_number_is_replaced_and_counted(void **state)
 {
     (void)state;
     CohortView *view = open_view(NULL, NULL, NULL, NULL);
-    float pixels[12] = {NAN, 0.5f, INFINITY, 1.0f, 0.1f, 0.2f, 0.3f, 1.0f, -INFINITY, -NAN, 0.0f, 1.0f};
+    float pixels[12] = {NAN,  0.5f, INFINITY,  1.0f, 0.1f, 0.2f,
+                        0.3f, 1.0f, -INFINITY, -NAN, 0.0f, 1.0f};
     uint64_t replaced = 99;
     assert_true(cohort_view_apply(view, pixels, 3, &replaced, &(CohortError){0}));
     assert_int_equal(replaced, 4);
@@ -155,7 +156,7 @@ static void a_png_holds_what_the_view_shows(void **state)
     (void)state;
     CohortView *view = open_view(NULL, NULL, NULL, NULL);
     // Premultiplied: the last pixel is white, half covered.
-    const float pixels[16] = {1.0f, 0.0f, 0.5f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f,
+    const float pixels[16] = {1.0f, 0.0f, 0.5f,  1.0f, 0.0f, 0.0f, 0.0f, 0.0f,
                               9.0f, NAN,  -1.0f, 1.0f, 0.5f, 0.5f, 0.5f, 0.5f};
     const int bytes[16] = {255, 0, 188, 255, 0, 0, 0, 0, 255, 0, 0, 255, 255, 255, 255, 128};
     CohortError err = {0};
@@ -174,7 +175,8 @@ static void a_png_holds_what_the_view_shows(void **state)
     CohortError unwritten = {0}, taken = {0};
     assert_false(cohort_png_write("nofolder/a.png", 2, 2, pixels, view, &unwritten));
     assert_int_equal(unwritten.code, COHORT_ERROR_FILE_WRITE);
-    assert_string_equal(unwritten.message, "cannot write nofolder/a.png: No such file or directory");
+    assert_string_equal(unwritten.message,
+                        "cannot write nofolder/a.png: No such file or directory");
     assert_int_equal(mkdir("taken.png", 0777), 0);
     assert_false(cohort_png_write("taken.png", 2, 2, pixels, view, &taken));
     assert_non_null(strstr(taken.message, "irectory"));

@@ -1,4 +1,5 @@
-// A limit of memory holds for the whole process: resident at its peak, and in a cgroup of that size.
+// A limit of memory holds for the whole process: resident at its peak, and in a cgroup of that
+// size.
 
 #include "cohort/stage_adapter.h"
 

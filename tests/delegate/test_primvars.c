@@ -159,15 +159,20 @@ static void test_opacity_that_is_none(void **state)
 static void test_missing_primvars_are_named(void **state)
 {
     (void)state;
-    open_stage(READER("M", "") READER("Safe", "float3 inputs:fallback = (1,0,0);")
-               "def Mesh 'Has' { $triangle rel material:binding = </M>;"
-               "  color3f[] primvars:tint = [(1,0,0)] }"
-               "def Mesh 'Lacks' { $triangle rel material:binding = </M> }"
-               "def Mesh 'Unbound' { $triangle }"
-               "def Mesh 'FallsBack' { $triangle rel material:binding = </Safe> }"
-               "def Mesh 'Part' { $triangle def GeomSubset 'P' { int[] indices = [0];"
-               "  uniform token elementType = 'face'; uniform token familyName = 'materialBind';"
-               "  rel material:binding = </M> } }");
+    open_stage(READER("M", "") READER(
+        "Safe", "float3 inputs:fallback = (1,0,0);") "def Mesh 'Has' { $triangle rel "
+                                                     "material:binding = </M>;"
+                                                     "  color3f[] primvars:tint = [(1,0,0)] }"
+                                                     "def Mesh 'Lacks' { $triangle rel "
+                                                     "material:binding = </M> }"
+                                                     "def Mesh 'Unbound' { $triangle }"
+                                                     "def Mesh 'FallsBack' { $triangle rel "
+                                                     "material:binding = </Safe> }"
+                                                     "def Mesh 'Part' { $triangle def GeomSubset "
+                                                     "'P' { int[] indices = [0];"
+                                                     "  uniform token elementType = 'face'; "
+                                                     "uniform token familyName = 'materialBind';"
+                                                     "  rel material:binding = </M> } }");
     assert_true(is_reported("/Lacks", "primvars:tint"));
     assert_true(is_reported("/Part", "primvars:tint"));
     const CohortReportEntry *entries;

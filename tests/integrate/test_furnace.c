@@ -4,7 +4,10 @@
 
 #include <math.h>
 
-enum { SIZE = 32, BLOCK = 16 };
+enum {
+    SIZE = 32,
+    BLOCK = 16
+};
 
 static void check_blocks(const float *pixels, double expected, double tolerance)
 {
@@ -22,8 +25,8 @@ static void check_blocks(const float *pixels, double expected, double tolerance)
             }
 }
 
-// Emission 0.3, albedo 0.7 everywhere: radiance 0.3 (1 + 0.7 + 0.49 + ...) = 1, less the tail beyond
-// 64 segments, which is 0.7^64.
+// Emission 0.3, albedo 0.7 everywhere: radiance 0.3 (1 + 0.7 + 0.49 + ...) = 1, less the tail
+// beyond 64 segments, which is 0.7^64.
 static void closed_room_is_one(void **state)
 {
     (void)state;
@@ -31,12 +34,17 @@ static void closed_room_is_one(void **state)
     CohortScene *scene = test_scene(&err);
     uint32_t matte = test_matte(scene, 0.7f, 0.3f, &err);
     uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, matte, &err);
-    CohortInstanceDesc places[2] = {test_place(box, 0, 0, 0, 3.0), test_place(box, 0.5, -1, 0, 0.6)};
+    CohortInstanceDesc places[2] = {test_place(box, 0, 0, 0, 3.0),
+                                    test_place(box, 0.5, -1, 0, 0.6)};
     TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);
     test_camera(scene, 0, 0, 2.9, 1.0, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE, .height = SIZE, .spp = 512, .max_depth = 64,
-                                     .filter = COHORT_FILTER_BOX, .batch = 1u << 16};
+    CohortRenderSettings settings = {.width = SIZE,
+                                     .height = SIZE,
+                                     .spp = 512,
+                                     .max_depth = 64,
+                                     .filter = COHORT_FILTER_BOX,
+                                     .batch = 1u << 16};
     CohortRenderStats stats;
     float *pixels = test_render(scene, &settings, &stats, &err);
     check_blocks(pixels, 1.0, 0.002);
@@ -56,17 +64,22 @@ static void white_mesh_in_a_unit_dome_is_one(void **state)
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
     uint32_t corner = test_quads(scene, points, 6, indices, 2, white, COHORT_INVALID_ID, &err);
-    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, white,
-                              COHORT_INVALID_ID, &err);
-    CohortInstanceDesc places[2] = {test_place(corner, 0, 0, 0, 1.0), test_place(box, 0, 0.6, 0, 0.5)};
+    uint32_t box =
+        test_quads(scene, test_box_points, 8, test_box_indices, 6, white, COHORT_INVALID_ID, &err);
+    CohortInstanceDesc places[2] = {test_place(corner, 0, 0, 0, 1.0),
+                                    test_place(box, 0, 0.6, 0, 0.5)};
     TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);
     CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
     uint32_t light = cohort_scene_new_light(scene, &err);
     TEST_OK(cohort_scene_set_light(scene, light, &dome, &err), &err);
     test_camera(scene, 0, 1, 5, 0.5, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE, .height = SIZE, .spp = 512, .max_depth = 64,
-                                     .filter = COHORT_FILTER_BOX, .batch = 1u << 16};
+    CohortRenderSettings settings = {.width = SIZE,
+                                     .height = SIZE,
+                                     .spp = 512,
+                                     .max_depth = 64,
+                                     .filter = COHORT_FILTER_BOX,
+                                     .batch = 1u << 16};
     float *pixels = test_render(scene, &settings, NULL, &err);
     check_blocks(pixels, 1.0, 0.002);
     free(pixels);
@@ -79,8 +92,8 @@ static void lights_seen_cover_their_pixels(void **state)
     (void)state;
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
-    uint32_t box = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL,
-                              COHORT_INVALID_ID, &err);
+    uint32_t box =
+        test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, COHORT_INVALID_ID, &err);
     CohortInstanceDesc place = test_place(box, 0, 0, 0, 0.5);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
     CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
@@ -88,8 +101,12 @@ static void lights_seen_cover_their_pixels(void **state)
     TEST_OK(cohort_scene_set_light(scene, light, &dome, &err), &err);
     test_camera(scene, 0, 0, 5, 0.5, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE, .height = SIZE, .spp = 4, .max_depth = 2,
-                                     .filter = COHORT_FILTER_BOX, .batch = 1u << 16};
+    CohortRenderSettings settings = {.width = SIZE,
+                                     .height = SIZE,
+                                     .spp = 4,
+                                     .max_depth = 2,
+                                     .filter = COHORT_FILTER_BOX,
+                                     .batch = 1u << 16};
     for (int hide = 0; hide < 2; hide++) {
         settings.hide_lights = hide != 0;
         float *pixels = test_render(scene, &settings, NULL, &err);
@@ -102,11 +119,16 @@ static void lights_seen_cover_their_pixels(void **state)
     cohort_scene_destroy(scene);
 }
 
-// Mean of a channel over a small image; with the lights hidden from the camera, alpha is the pane's own.
+// Mean of a channel over a small image; with the lights hidden from the camera, alpha is the pane's
+// own.
 static double pane_mean(const CohortScene *scene, int channel, bool hide_lights, CohortError *err)
 {
-    CohortRenderSettings settings = {.width = 4, .height = 4, .spp = 1024, .max_depth = 4,
-                                     .hide_lights = hide_lights, .batch = 1u << 14};
+    CohortRenderSettings settings = {.width = 4,
+                                     .height = 4,
+                                     .spp = 1024,
+                                     .max_depth = 4,
+                                     .hide_lights = hide_lights,
+                                     .batch = 1u << 14};
     float *pixels = test_render(scene, &settings, NULL, err);
     double sum = 0.0;
     for (int i = 0; i < 16; i++)
@@ -115,8 +137,9 @@ static double pane_mean(const CohortScene *scene, int channel, bool hide_lights,
     return sum;
 }
 
-// A pane that lets part of the light straight through, in front of a dome of radiance 1: whatever its
-// opacity, mode and angle it shows at most 1 (but for what GGX loses), and its alpha is its coverage.
+// A pane that lets part of the light straight through, in front of a dome of radiance 1: whatever
+// its opacity, mode and angle it shows at most 1 (but for what GGX loses), and its alpha is its
+// coverage.
 static void panes_make_no_light(void **state)
 {
     (void)state;

@@ -26,8 +26,8 @@ static bool render_with_loss(uint64_t which, CohortError *err)
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, err), err);
     test_camera(scene, 0, 0, 2.9, 1.0, err);
     TEST_OK(cohort_scene_commit(scene, NULL, err), err);
-    CohortRenderSettings settings = {.width = 16, .height = 16, .spp = 1, .max_depth = 4,
-                                     .threads = 1, .batch = 1u << 8};
+    CohortRenderSettings settings = {
+        .width = 16, .height = 16, .spp = 1, .max_depth = 4, .threads = 1, .batch = 1u << 8};
     CohortRender *render = cohort_render_create(scene, &settings, err);
     assert_non_null(render);
     pushes = 0;

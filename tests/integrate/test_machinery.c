@@ -24,8 +24,12 @@ static void full_batches_wait_on_a_stack(void **state)
     (void)state;
     CohortError err = {0};
     CohortScene *scene = room(&err);
-    CohortRenderSettings settings = {.width = 64, .height = 64, .spp = 4, .max_depth = 8,
-                                     .first_hit_samples = 8, .batch = 1u << 11};
+    CohortRenderSettings settings = {.width = 64,
+                                     .height = 64,
+                                     .spp = 4,
+                                     .max_depth = 8,
+                                     .first_hit_samples = 8,
+                                     .batch = 1u << 11};
     CohortRenderStats stats;
     free(test_render(scene, &settings, &stats, &err));
     for (int i = 0; i < 6; i++)
@@ -34,8 +38,8 @@ static void full_batches_wait_on_a_stack(void **state)
     assert_true(stats.bins_in_memory + stats.bins_on_disk >= 6 + 3);
     assert_int_equal(stats.rays_made, stats.rays_traced);
     assert_int_equal(stats.rays_made, stats.rays_camera + stats.rays_bsdf + stats.rays_light);
-    assert_int_equal(stats.rays_made, stats.ends_hit + stats.ends_miss + stats.ends_blocked +
-                                          stats.ends_invalid);
+    assert_int_equal(stats.rays_made,
+                     stats.ends_hit + stats.ends_miss + stats.ends_blocked + stats.ends_invalid);
     cohort_scene_destroy(scene);
 }
 
@@ -43,7 +47,9 @@ static void full_batches_wait_on_a_stack(void **state)
 static void groups_share_node_fetches(void **state)
 {
     (void)state;
-    enum { SIDE = 24 };
+    enum {
+        SIDE = 24
+    };
     CohortError err = {0};
     CohortScene *scene = test_scene(&err);
     uint32_t matte = test_matte(scene, 0.8f, 0.1f, &err);
@@ -57,8 +63,12 @@ static void groups_share_node_fetches(void **state)
     TEST_OK(cohort_scene_set_group(scene, 0, places, n, &err), &err);
     test_camera(scene, 0, 0, 6, 1.0, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = 128, .height = 128, .spp = 8, .max_depth = 3,
-                                     .sort = COHORT_SORT_BOTH, .batch = 1u << 18};
+    CohortRenderSettings settings = {.width = 128,
+                                     .height = 128,
+                                     .spp = 8,
+                                     .max_depth = 3,
+                                     .sort = COHORT_SORT_BOTH,
+                                     .batch = 1u << 18};
     CohortRenderStats stats;
     free(test_render(scene, &settings, &stats, &err));
     if (stats.top_nodes_grouped * 4 > stats.top_nodes_single)
@@ -73,7 +83,9 @@ typedef struct Outcome {
     uint64_t hash, bytes_read;
 } Outcome;
 
-enum { LIMIT_BYTES = 28 << 20 };
+enum {
+    LIMIT_BYTES = 28 << 20
+};
 
 // 8192 camera rays, and 140 more from where each of them hits: 41 MB of rays in flight.
 static void render_much(const void *context, void *out)
@@ -81,8 +93,13 @@ static void render_much(const void *context, void *out)
     (void)context;
     CohortError err = {0};
     CohortScene *scene = room(&err);
-    CohortRenderSettings settings = {.width = 128, .height = 64, .spp = 1, .max_depth = 2,
-                                     .first_hit_samples = 140, .batch = 1u << 13, .threads = 2};
+    CohortRenderSettings settings = {.width = 128,
+                                     .height = 64,
+                                     .spp = 1,
+                                     .max_depth = 2,
+                                     .first_hit_samples = 140,
+                                     .batch = 1u << 13,
+                                     .threads = 2};
     CohortRenderStats stats;
     float *pixels = test_render(scene, &settings, &stats, &err);
     *(Outcome *)out =

@@ -84,8 +84,8 @@ static void write_image(const char *path, const float color[3], const float *xy)
 }
 
 // A pixel of nothing but a dome with that image. Returns how many warnings there were.
-static size_t dome_in(const char *space, const char *path, CohortColorSpace from, const char *from_name,
-                   float out[4])
+static size_t dome_in(const char *space, const char *path, CohortColorSpace from,
+                      const char *from_name, float out[4])
 {
     CohortError err = {0};
     const CohortDiagnostic *said;

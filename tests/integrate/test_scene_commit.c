@@ -47,8 +47,9 @@ static void placements_out_of_reach_are_left_out(void **state)
     static const struct {
         double x, y, z;
         bool is_shown;
-    } scales[] = {{1e17, 1e17, 1e17, true}, {1e-17, 1e-17, 1e-17, true}, {1e20, 1e20, 1e20, false},
-                  {1e-20, 1e-20, 1e-20, false}, {1, 1e-20, 1, false}, {1, 0, 1, false},
+    } scales[] = {{1e17, 1e17, 1e17, true},    {1e-17, 1e-17, 1e-17, true},
+                  {1e20, 1e20, 1e20, false},   {1e-20, 1e-20, 1e-20, false},
+                  {1, 1e-20, 1, false},        {1, 0, 1, false},
                   {1e200, 1e200, 1e200, false}};
     for (size_t i = 0; i < sizeof scales / sizeof scales[0]; i++) {
         CohortError err = {0};

@@ -97,7 +97,8 @@ static CohortScene *make_scene(MakeFn *make)
     CohortScene *scene = test_scene(&err);
     uint32_t quads[2];
     for (int i = 0; i < 2; i++)
-        quads[i] = test_quads(scene, points, 4, indices, 1, i ? white : NULL, COHORT_INVALID_ID, &err);
+        quads[i] =
+            test_quads(scene, points, 4, indices, 1, i ? white : NULL, COHORT_INVALID_ID, &err);
     make(scene, quads, &err);
     CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
     test_identity(dome.transform);
@@ -162,7 +163,8 @@ static void a_hundred_levels_are_as_one(void **state)
     CohortSceneCounts counts;
     cohort_scene_counts(deep, &counts);
     assert_true(counts.group_builds <= 8);
-    // Without the levels that the camera does not see, what it sees is the same; then only one is left.
+    // Without the levels that the camera does not see, what it sees is the same; then only one is
+    // left.
     CohortError err = {0};
     TEST_OK(cohort_scene_set_group(deep, group_of(52), NULL, 0, &err), &err);
     look(deep, colors[0], ids[0]);

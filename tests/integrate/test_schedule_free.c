@@ -9,9 +9,13 @@
 #include <stdio.h>
 #include <unistd.h>
 
-enum { WIDTH = 40, HEIGHT = 30, AOVS = COHORT_AOV_COLOR | COHORT_AOV_DEPTH |
-       COHORT_AOV_CAMERA_DEPTH | COHORT_AOV_NORMAL | COHORT_AOV_ALBEDO | COHORT_AOV_PRIM_ID |
-       COHORT_AOV_ELEMENT_ID | COHORT_AOV_SAMPLE_COUNT | COHORT_AOV_ERROR };
+enum {
+    WIDTH = 40,
+    HEIGHT = 30,
+    AOVS = COHORT_AOV_COLOR | COHORT_AOV_DEPTH | COHORT_AOV_CAMERA_DEPTH | COHORT_AOV_NORMAL |
+           COHORT_AOV_ALBEDO | COHORT_AOV_PRIM_ID | COHORT_AOV_ELEMENT_ID |
+           COHORT_AOV_SAMPLE_COUNT | COHORT_AOV_ERROR
+};
 
 static uint32_t glossy(CohortScene *scene, float roughness, float opacity, bool presence,
                        CohortError *err)
@@ -50,7 +54,8 @@ static CohortScene *build(CohortError *err)
     uint32_t gauze = glossy(scene, 0.6f, 0.5f, true, err);
     uint32_t materials[4] = {shiny, mirror, glass, gauze}, boxes[4];
     for (int i = 0; i < 4; i++)
-        boxes[i] = test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, materials[i], err);
+        boxes[i] =
+            test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, materials[i], err);
     uint32_t sliver = test_quads(scene, slivers, 4, sliver_indices, 1, NULL, shiny, err);
     uint32_t pair = cohort_scene_new_object(scene, err), ring = cohort_scene_new_object(scene, err);
     CohortInstanceDesc two[2] = {test_place(boxes[0], 0, 0, 0, 0.3),
@@ -61,9 +66,9 @@ static CohortScene *build(CohortError *err)
         many[i] = test_place(pair, 2.0 * cos(i * 0.52), 0.1 * i, 2.0 * sin(i * 0.52), 0.8);
     TEST_OK(cohort_scene_set_group(scene, ring, many, 12, err), err);
     CohortInstanceDesc root[7] = {
-        test_place(ring, 0, -0.5, 0, 1.0),     test_place(boxes[1], -0.8, -0.3, 0, 0.5),
-        test_place(boxes[2], 0.9, 0, 1, 0.6),  test_place(boxes[0], 0, -2, 0, 1.2),
-        test_place(boxes[0], 0, -2, 0, 1.2),   test_place(sliver, 0, 0.3, 0.5, 1.0),
+        test_place(ring, 0, -0.5, 0, 1.0),      test_place(boxes[1], -0.8, -0.3, 0, 0.5),
+        test_place(boxes[2], 0.9, 0, 1, 0.6),   test_place(boxes[0], 0, -2, 0, 1.2),
+        test_place(boxes[0], 0, -2, 0, 1.2),    test_place(sliver, 0, 0.3, 0.5, 1.0),
         test_place(boxes[3], 0, -100.8, 0, 100)};
     TEST_OK(cohort_scene_set_group(scene, 0, root, 7, err), err);
     add_light(scene, COHORT_LIGHT_RECT, 4, err);
@@ -71,8 +76,11 @@ static CohortScene *build(CohortError *err)
     add_light(scene, COHORT_LIGHT_DISTANT, 0, err);
     add_light(scene, COHORT_LIGHT_DOME, 0, err);
     test_camera(scene, 0, 0.3, 6, 0.5, err);
-    CohortCameraDesc camera = {.window = {-0.5, 0.5, -0.4, 0.4}, .clip_near = 0.1, .clip_far = 1e4,
-                               .lens_radius = 0.1, .focus_distance = 6};
+    CohortCameraDesc camera = {.window = {-0.5, 0.5, -0.4, 0.4},
+                               .clip_near = 0.1,
+                               .clip_far = 1e4,
+                               .lens_radius = 0.1,
+                               .focus_distance = 6};
     test_identity(camera.transform);
     camera.transform[3][2] = 6;
     TEST_OK(cohort_scene_set_camera(scene, &camera, err), err);
@@ -92,9 +100,14 @@ static uint64_t hash_aovs(const CohortRender *render)
     return hash;
 }
 
-static const CohortRenderSettings base = {.width = WIDTH, .height = HEIGHT, .spp = 12,
-                                          .max_depth = 8, .first_hit_samples = 3,
-                                          .light_samples = 2, .aovs = AOVS, .batch = 4096};
+static const CohortRenderSettings base = {.width = WIDTH,
+                                          .height = HEIGHT,
+                                          .spp = 12,
+                                          .max_depth = 8,
+                                          .first_hit_samples = 3,
+                                          .light_samples = 2,
+                                          .aovs = AOVS,
+                                          .batch = 4096};
 
 static uint64_t hash_of(const CohortScene *scene, const CohortRenderSettings *settings,
                         CohortRenderStats *stats)

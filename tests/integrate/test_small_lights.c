@@ -5,7 +5,10 @@
 
 #include <math.h>
 
-enum { SIZE = 32, SAMPLES = 16 };
+enum {
+    SIZE = 32,
+    SAMPLES = 16
+};
 
 static const float albedo[3] = {0.8f, 0.4f, 0.05f};
 
@@ -32,8 +35,12 @@ static Statistics lit_plane(const CohortLightDesc *light)
     TEST_OK(cohort_scene_set_light(scene, id, light, &err), &err);
     test_camera(scene, 0, 0, 0.5, 1e-3, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE, .height = SIZE, .spp = SAMPLES, .max_depth = 2,
-                                     .filter = COHORT_FILTER_BOX, .batch = 1u << 16};
+    CohortRenderSettings settings = {.width = SIZE,
+                                     .height = SIZE,
+                                     .spp = SAMPLES,
+                                     .max_depth = 2,
+                                     .filter = COHORT_FILTER_BOX,
+                                     .batch = 1u << 16};
     CohortRenderStats stats;
     float *pixels = test_render(scene, &settings, &stats, &err);
     assert_int_equal(stats.rays_light, SIZE * SIZE * SAMPLES);

@@ -26,7 +26,8 @@ static void luminance_is_one_and_nothing_negative(void **state)
     for (float kelvin = 900.0f; kelvin < 11000.0f; kelvin += 37.0f) {
         CoVec3 c = co_blackbody_rgb(kelvin);
         assert_true(c.x >= 0.0f && c.y >= 0.0f && c.z >= 0.0f);
-        test_near((double)(0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z), 1.0, 1e-3); // what is negative counts as none
+        test_near((double)(0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z), 1.0,
+                  1e-3); // what is negative counts as none
     }
 }
 

@@ -181,8 +181,8 @@ static void inside_spheres_it_is_dark(void **state)
         CoLightSample sample;
         for (int k = 0; k < 64; k++) {
             CoVec3 dir = co_warp_cone(2.0f, next_random(), next_random());
-            assert_false(co_light_sample(lights, org, n, 0.5f, next_random(), next_random(),
-                                         &sample));
+            assert_false(
+                co_light_sample(lights, org, n, 0.5f, next_random(), next_random(), &sample));
             assert_true(co_light_pdf(lights, org, n, 0, dir) == 0.0f);
             assert_int_equal(test_collect(lights, org, dir).count, 0);
         }
@@ -193,8 +193,8 @@ static void inside_spheres_it_is_dark(void **state)
     CoLights *lights = test_lights(d, NULL, 2);
     for (int k = 0; k < 64; k++) {
         CoLightSample sample;
-        assert_true(co_light_sample(lights, org, n, next_random(), next_random(), next_random(),
-                                    &sample));
+        assert_true(
+            co_light_sample(lights, org, n, next_random(), next_random(), next_random(), &sample));
         assert_true(sample.emitter == 1 && sample.share == 1.0f);
     }
     co_lights_destroy(lights);

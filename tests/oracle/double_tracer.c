@@ -1,21 +1,26 @@
-// A second opinion: paths through Lambertian triangles under one rect light, in double precision, with
-// nothing of Cohort in it. Every surface is two-sided; paths end after six segments; light is sampled
-// at each vertex and seen by the camera alone, so no weights are shared between two ways of finding it.
+// A second opinion: paths through Lambertian triangles under one rect light, in double precision,
+// with nothing of Cohort in it. Every surface is two-sided; paths end after six segments; light is
+// sampled at each vertex and seen by the camera alone, so no weights are shared between two ways of
+// finding it.
 //
 // usage: double_tracer WIDTH SPP SEED OFFSET < SCENE
 //
 // SCENE is text: camera origin, right, up, back, tangent of half the field; light center, two half
-// edges, normal, radiance; number of triangles, each with three points and an albedo; then blocks of
-// 16 x 16 pixels as pairs of column and row. Prints each block and its mean.
-// OFFSET: rays start OFFSET * (1 + largest coordinate) off a surface, as Mitsuba 3 has it; 0: on the
-// surface, and only the triangle they leave is left out.
+// edges, normal, radiance; number of triangles, each with three points and an albedo; then blocks
+// of 16 x 16 pixels as pairs of column and row. Prints each block and its mean. OFFSET: rays start
+// OFFSET * (1 + largest coordinate) off a surface, as Mitsuba 3 has it; 0: on the surface, and only
+// the triangle they leave is left out.
 
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { LEAF = 4, BLOCK = 16, SEGMENTS = 6 };
+enum {
+    LEAF = 4,
+    BLOCK = 16,
+    SEGMENTS = 6
+};
 
 typedef struct Vec {
     double x, y, z;
@@ -73,7 +78,8 @@ static Vec unit(Vec a)
     return scale(a, 1 / sqrt(dot(a, a)));
 }
 
-// ---- Random numbers: xoshiro256** (Blackman, Vigna 2018), seeded by splitmix64 -------------------
+// ---- Random numbers: xoshiro256** (Blackman, Vigna 2018), seeded by splitmix64
+// -------------------
 
 typedef struct Random {
     uint64_t s[4];
@@ -103,7 +109,8 @@ static double next(Random *r)
     return (double)((five << 7 | five >> 57) * 9 >> 11) * 0x1p-53;
 }
 
-// ---- Tree: halves along the longest axis ---------------------------------------------------------
+// ---- Tree: halves along the longest axis
+// ---------------------------------------------------------
 
 static double middle(const Triangle *t, int axis)
 {
@@ -200,7 +207,8 @@ static int trace(Vec org, Vec dir, int left, double *far)
     return hit;
 }
 
-// ---- Paths ---------------------------------------------------------------------------------------
+// ---- Paths
+// ---------------------------------------------------------------------------------------
 
 static int sees_light(Vec org, Vec dir, double far)
 {
@@ -259,7 +267,8 @@ static void add_path(double x, double y, Random *r, double sum[3])
     }
 }
 
-// ---- Scene in, blocks out ------------------------------------------------------------------------
+// ---- Scene in, blocks out
+// ------------------------------------------------------------------------
 
 static double number(void)
 {

@@ -15,8 +15,7 @@ static bool same_tree(const CoSpec *a, const CoSpec *b)
     const CoContents *x = co_spec_contents(a), *y = co_spec_contents(b);
     return co_spec_equal(a, b) &&
            same_specs(x->children, x->child_count, y->children, y->child_count) &&
-           same_specs(x->variant_sets, x->variant_set_count, y->variant_sets,
-                      y->variant_set_count);
+           same_specs(x->variant_sets, x->variant_set_count, y->variant_sets, y->variant_set_count);
 }
 
 bool same_layer(const CoLayer *a, const CoLayer *b)

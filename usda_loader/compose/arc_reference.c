@@ -1,8 +1,8 @@
 // References and payloads: another prim, of this stack or of another layer, joins in.
 
 #include "compose/fields.h"
-#include "compose/population.h"
 #include "compose/indexer.h"
+#include "compose/population.h"
 
 #include <math.h>
 #include <string.h>

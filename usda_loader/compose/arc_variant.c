@@ -160,8 +160,7 @@ static void put_off(CoIndexer *indexer, const CoTask *task, bool ancestral, bool
 {
     CoTask later = *task;
     if (may_fall_back && indexer->c->options.fallback_count)
-        later.kind =
-            ancestral ? CO_TASK_ANCESTRAL_VARIANT_FALLBACK : CO_TASK_VARIANT_FALLBACK;
+        later.kind = ancestral ? CO_TASK_ANCESTRAL_VARIANT_FALLBACK : CO_TASK_VARIANT_FALLBACK;
     else
         later.kind = ancestral ? CO_TASK_ANCESTRAL_VARIANT_WITHOUT_SELECTION
                                : CO_TASK_VARIANT_WITHOUT_SELECTION;
@@ -171,10 +170,10 @@ static void put_off(CoIndexer *indexer, const CoTask *task, bool ancestral, bool
 void co_arc_variant(CoIndexer *indexer, const CoTask *task)
 {
     CoComposer *c = indexer->c;
-    bool falls_back = task->kind == CO_TASK_VARIANT_FALLBACK ||
-                      task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
-    bool ancestral = task->kind == CO_TASK_ANCESTRAL_VARIANT ||
-                     task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
+    bool falls_back =
+        task->kind == CO_TASK_VARIANT_FALLBACK || task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
+    bool ancestral =
+        task->kind == CO_TASK_ANCESTRAL_VARIANT || task->kind == CO_TASK_ANCESTRAL_VARIANT_FALLBACK;
     const CoNode *node = &indexer->graph.nodes[task->node];
     if (!may_speak_at(node, task->set_path))
         return;

@@ -43,8 +43,8 @@ static bool read_prims(CoComposer *c, const CohortPaths *texts, CoPathList *out,
         const CoPath *path = NULL;
         if (text && *text == '/')
             path = co_path_parse(&c->paths, text, strlen(text), &c->paths.root, &malformed);
-        CO_CHECK(!malformed, err, COHORT_ERROR_ARGUMENT, "the %s path \"%.200s\" is no prim path", what,
-                 text ? text : "");
+        CO_CHECK(!malformed, err, COHORT_ERROR_ARGUMENT, "the %s path \"%.200s\" is no prim path",
+                 what, text ? text : "");
         out->items[out->count++] = co_composer_need(c, path);
     }
     return true;
@@ -126,7 +126,7 @@ static bool has_rule_below(const CoPathList *rules, const CoPath *path)
 
 uint64_t co_population_key(const CoComposer *c, const CoPath *path)
 {
-    bool is_own = !is_whole(c, path) || has_rule_below(&c->loads, path) ||
-                  has_rule_below(&c->unloads, path);
+    bool is_own =
+        !is_whole(c, path) || has_rule_below(&c->loads, path) || has_rule_below(&c->unloads, path);
     return is_own ? (uint64_t)(uintptr_t)path : co_population_loads(c, path);
 }

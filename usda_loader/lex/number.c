@@ -7,8 +7,8 @@
 
 // Powers of ten that a double, and an 80-bit extended double, hold exactly.
 const double co_exact_powers[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                      1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                      1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+                                    1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                    1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 #if LDBL_MANT_DIG == 64
 static const long double wide_powers[] = {1e0L,  1e1L,  1e2L,  1e3L,  1e4L,  1e5L,  1e6L,
                                           1e7L,  1e8L,  1e9L,  1e10L, 1e11L, 1e12L, 1e13L,
@@ -28,7 +28,8 @@ static inline bool scale_exactly(uint64_t mantissa, int exponent, double *out)
 {
     if (mantissa >> 53 == 0 && exponent >= -22 && exponent <= 22) {
         double value = (double)mantissa;
-        *out = exponent < 0 ? value / co_exact_powers[-exponent] : value * co_exact_powers[exponent];
+        *out =
+            exponent < 0 ? value / co_exact_powers[-exponent] : value * co_exact_powers[exponent];
         return true;
     }
 #if LDBL_MANT_DIG == 64

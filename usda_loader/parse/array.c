@@ -140,7 +140,7 @@ bool co_parse_array(CoParser *p, CohortType type, CoValue *out)
     else if (!parse_list(p, &array))
         return false;
     *out = (CoValue){.type = type, .is_array = true, .count = (uint32_t)array.count};
-    out->data = array.is_final ? array.data
-                               : co_parse_keep(p, array.data, array.count * array.element);
+    out->data =
+        array.is_final ? array.data : co_parse_keep(p, array.data, array.count * array.element);
     return out->data != NULL;
 }

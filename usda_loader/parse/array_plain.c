@@ -48,8 +48,8 @@ static ALWAYS_INLINE const char *read_component(const char *p, CoScalar scalar, 
 }
 
 // One element at p, or NULL.
-static ALWAYS_INLINE const char *read_element(const char *p, CoScalar scalar, unsigned width, size_t size,
-                                       unsigned char *out, const char *safe)
+static ALWAYS_INLINE const char *read_element(const char *p, CoScalar scalar, unsigned width,
+                                              size_t size, unsigned char *out, const char *safe)
 {
     if (!width)
         return read_component(p, scalar, out);
@@ -68,7 +68,8 @@ static ALWAYS_INLINE const char *read_element(const char *p, CoScalar scalar, un
     return *p == ')' ? p + 1 : NULL;
 }
 
-static ALWAYS_INLINE void read_run(CoScalar scalar, unsigned width, const char *safe, CoPlainRun *run)
+static ALWAYS_INLINE void read_run(CoScalar scalar, unsigned width, const char *safe,
+                                   CoPlainRun *run)
 {
     size_t size = co_scalar_size(scalar), element = size * (width ? width : 1), count = 0;
     const char *at = run->at, *stop = run->stop;

@@ -73,8 +73,8 @@ typedef struct Items {
     bool not_empty; // in brackets
 } Items;
 
-// Puts items into a table of their numbers, in scratch; *first and *second are the numbers of the first
-// two that are alike, from 1, or 0.
+// Puts items into a table of their numbers, in scratch; *first and *second are the numbers of the
+// first two that are alike, from 1, or 0.
 static bool find_duplicates(CoParser *p, CohortType type, const Items *list, size_t *first,
                             size_t *second)
 {
@@ -151,7 +151,8 @@ bool co_parse_list_op(CoParser *p, CoSpec *spec, const char *field, CoListOpKind
     if (second && syntax->is_metadata)
         return true;
     if (second)
-        return co_parse_fail(p, list_at, "items %zu and %zu of this list are the same", first, second);
+        return co_parse_fail(p, list_at, "items %zu and %zu of this list are the same", first,
+                             second);
     CoValue *value = co_parse_field(p, spec, field, at);
     if (!value)
         return false;

@@ -17,13 +17,15 @@ static bool scalar_item(CoParser *p, void *context, void *out)
     return co_parse_scalar(p, *scalar, out);
 }
 
-static bool parse_known_list(CoParser *p, CoSpec *spec, const CoKnownField *known, CoListOpKind kind)
+static bool parse_known_list(CoParser *p, CoSpec *spec, const CoKnownField *known,
+                             CoListOpKind kind)
 {
     CoScalar scalar = known->type == COHORT_TYPE_TOKEN_LIST_OP    ? CO_SCALAR_TOKEN
                       : known->type == COHORT_TYPE_STRING_LIST_OP ? CO_SCALAR_STRING
                       : known->type == COHORT_TYPE_INT64_LIST_OP  ? CO_SCALAR_INT64
                                                                   : CO_SCALAR_INT;
-    CoListSyntax syntax = {known->type, co_scalar_size(scalar), scalar_item, &scalar, false, true, true};
+    CoListSyntax syntax = {known->type, co_scalar_size(scalar), scalar_item, &scalar, false, true,
+                           true};
     return co_parse_list_op(p, spec, known->name, kind, &syntax);
 }
 
@@ -61,8 +63,13 @@ static bool parse_list_metadata(CoParser *p, CoSpec *spec, CoListOpKind kind)
         if (co_scan_word(&p->scan, "specializes"))
             return co_parse_path_list(p, spec, "specializes", kind);
         if (co_scan_word(&p->scan, "variantSets")) {
-            CoListSyntax syntax = {COHORT_TYPE_STRING_LIST_OP, sizeof(CohortString), set_item, NULL,
-                                   true, false, false};
+            CoListSyntax syntax = {COHORT_TYPE_STRING_LIST_OP,
+                                   sizeof(CohortString),
+                                   set_item,
+                                   NULL,
+                                   true,
+                                   false,
+                                   false};
             return co_parse_list_op(p, spec, "variantSetNames", kind, &syntax);
         }
     }
@@ -188,8 +195,8 @@ static bool parse_selection(CoParser *p, CoSpec *spec)
                                  chosen.entries[i].key, co_type_name(value->type));
         const CohortString *name = value->data;
         // An expression is judged when it is evaluated.
-        bool is_expression = name->length >= 2 && name->text[0] == '`' &&
-                             name->text[name->length - 1] == '`';
+        bool is_expression =
+            name->length >= 2 && name->text[0] == '`' && name->text[name->length - 1] == '`';
         if (!is_expression && !is_variant_name(name))
             return co_parse_fail(
                 p, list_at, "found '%.100s', which cannot be the name of a variant", name->text);

@@ -103,8 +103,8 @@ static CoSpec *declare(CoParser *p, CoSpec *prim, const Declaration *what)
         if (!what->is_relationship)
             spec->type_name = what->type;
     }
-    // The last word on a relationship counts. An attribute may be spoken of as one later: it stays what
-    // it is but takes its flag.
+    // The last word on a relationship counts. An attribute may be spoken of as one later: it stays
+    // what it is but takes its flag.
     if (what->is_relationship) {
         spec->is_uniform = what->is_uniform;
         spec->is_custom |= what->is_custom;

@@ -1,6 +1,6 @@
-// Coding of rays, compiled once per instruction set. Written lane by lane in loops of a known length
-// that the compiler makes vectors of: every step is an operation that rounds once, so all instruction
-// sets give the same bits.
+// Coding of rays, compiled once per instruction set. Written lane by lane in loops of a known
+// length that the compiler makes vectors of: every step is an operation that rounds once, so all
+// instruction sets give the same bits.
 #include "rays/ray_kernels.h"
 
 #include "simd/lane.h"

@@ -7,7 +7,9 @@
 #include "simd/lane.h"
 #include "sort/hilbert.h"
 
-enum { RAYS = CO_HILBERT_CELLS };
+enum {
+    RAYS = CO_HILBERT_CELLS
+};
 
 typedef struct Gathered {
     float org[3][RAYS];

@@ -39,8 +39,8 @@ static size_t write_array(char *text, const Sample *sample, const char *head, si
         if (i)
             length += (size_t)sprintf(text + length, i % 7 ? ", " : ",\n    ");
         length += i == at ? (size_t)sprintf(text + length, "%s", odd)
-                          : (size_t)sprintf(text + length, "%s%d%s", sample->before,
-                                             number, sample->after);
+                          : (size_t)sprintf(text + length, "%s%d%s", sample->before, number,
+                                            sample->after);
     }
     return length + (size_t)sprintf(text + length, "]\n}\n");
 }
@@ -105,8 +105,12 @@ static void oddities_are_judged_in_their_place(void **state)
 {
     (void)state;
     static const char *const numbers[] = {
-        "nan", "1e3", "# a ] comment\n 7", "7 /* ] */", "2147483648", "0.000000000000000000001",
-        "", "+1", "1.0f", "7 7", "(7)", "7, [7]", "7]", ")", "--7", "7,,7", "\"x\"",
+        "nan",       "1e3",        "# a ] comment\n 7",
+        "7 /* ] */", "2147483648", "0.000000000000000000001",
+        "",          "+1",         "1.0f",
+        "7 7",       "(7)",        "7, [7]",
+        "7]",        ")",          "--7",
+        "7,,7",      "\"x\"",
     };
     static const size_t places[] = {0, 1, 7001, 20000, 45677, ELEMENTS - 2, ELEMENTS - 1};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
@@ -118,8 +122,9 @@ static void odd_tuples_are_judged_in_their_place(void **state)
 {
     (void)state;
     static const char *const tuples[] = {
-        "(1, 2, nan)", "(1, 2, 3,)", "(1,\n2\n, 3)", "(1, 2)", "(1, 2, 3, 4)", "(1, 2, 3",
-        "1, 2, 3)", "((1, 2), 3)", "(1, (2, 3)", "()", "5", "(1, 2, # )\n 3)", "(1, 2, 3) (1, 2, 3)",
+        "(1, 2, nan)", "(1, 2, 3,)",      "(1,\n2\n, 3)",        "(1, 2)",     "(1, 2, 3, 4)",
+        "(1, 2, 3",    "1, 2, 3)",        "((1, 2), 3)",         "(1, (2, 3)", "()",
+        "5",           "(1, 2, # )\n 3)", "(1, 2, 3) (1, 2, 3)",
     };
     static const size_t places[] = {0, 3333, 30000, ELEMENTS - 1};
     for (size_t i = 0; i < sizeof tuples / sizeof *tuples; i++)

@@ -104,7 +104,8 @@ static void equal_instances_share_their_children(void **state)
     cohort_stage_destroy(stage);
 }
 
-// The first instances met stand inside a class and show nothing: they are no prototypes for the rest.
+// The first instances met stand inside a class and show nothing: they are no prototypes for the
+// rest.
 static void instances_inside_classes_serve_only_classes(void **state)
 {
     (void)state;

@@ -5,7 +5,6 @@
 
 #include "base/memory.h"
 
-
 typedef struct Opened {
     char messages[16384]; // all of them, in order
     size_t length;

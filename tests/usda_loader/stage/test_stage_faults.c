@@ -114,7 +114,8 @@ static void flipped_bytes_are_survived(void **state)
         char *text = test_read_file(source, &size);
         assert_non_null(text);
         for (int round = 0; round < 150; round++)
-            flip_and_open(in_folder("flipped.usda"), text, size < FLIPPED ? size : FLIPPED, &random);
+            flip_and_open(in_folder("flipped.usda"), text, size < FLIPPED ? size : FLIPPED,
+                          &random);
         free(text);
     }
 }

@@ -13,10 +13,13 @@ static const MemoryFile shop[] = {
                        " def \"C\" (references = @parts/part.usda@)\n {\n }\n"
                        " double x = 1\n}\n"},
     {"/mem/sub.usda", "#usda 1.0\nover \"World\"\n{\n double x = 2\n double y = 2\n}\n"},
-    {"/mem/thing.usda", "#usda 1.0\n(\n defaultPrim = \"T\"\n)\ndef \"T\"\n{\n def \"Leaf\"\n {\n }\n}\n"},
-    {"/lib/parts/part.usda", "#usda 1.0\n(\n defaultPrim = \"P\"\n)\ndef \"P\"\n{\n def \"Leaf\"\n {\n }\n}\n"},
-    {"/mem/session.usda", "#usda 1.0\n(\n metersPerUnit = 7\n defaultPrim = \"No\"\n timeCodesPerSecond = 48\n)\n"
-                          "over \"World\"\n{\n double x = 3\n}\n"},
+    {"/mem/thing.usda",
+     "#usda 1.0\n(\n defaultPrim = \"T\"\n)\ndef \"T\"\n{\n def \"Leaf\"\n {\n }\n}\n"},
+    {"/lib/parts/part.usda",
+     "#usda 1.0\n(\n defaultPrim = \"P\"\n)\ndef \"P\"\n{\n def \"Leaf\"\n {\n }\n}\n"},
+    {"/mem/session.usda",
+     "#usda 1.0\n(\n metersPerUnit = 7\n defaultPrim = \"No\"\n timeCodesPerSecond = 48\n)\n"
+     "over \"World\"\n{\n double x = 3\n}\n"},
 };
 
 static bool has(const CohortStage *stage, const char *path)
@@ -167,7 +170,8 @@ static void fallbacks_select_where_nothing_does(void **state)
          " variantSet \"v\" = {\n \"a\" {\n int x = 1\n }\n \"b\" {\n int x = 2\n }\n }\n}\n"
          "def \"Said\" (variants = {\n string v = \"q\"\n}\n prepend variantSets = \"v\")\n{\n"
          " variantSet \"v\" = {\n \"a\" {\n int x = 1\n }\n \"b\" {\n int x = 2\n }\n }\n}\n"}};
-    static const CohortVariantFallback fallbacks[] = {{"w", "a"}, {"v", "z"}, {"v", "b"}, {"v", "a"}};
+    static const CohortVariantFallback fallbacks[] = {
+        {"w", "a"}, {"v", "z"}, {"v", "b"}, {"v", "a"}};
     MemoryFiles files = FILES(sets);
     CohortStageOptions options = {.fallbacks = fallbacks, .fallback_count = 4};
     CohortStage *stage = memory_stage(&files, &options, NULL);
