@@ -1,6 +1,7 @@
 #include "accel/build.h"
 
 #include "accel/grid_leaf.h"
+#include "accel/shards.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -117,6 +118,22 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
     return true;
 }
 
+// Each triangle stands in a leaf once.
+static bool shards_fit(const void *context, const CoBuildPrim *prims, size_t count,
+                       CoLeafShape *out)
+{
+    CoBuildPrim distinct[CO_LEAF_WIDTH];
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        size_t same = 0;
+        while (same < kept && distinct[same].id != prims[i].id)
+            same++;
+        if (same == kept)
+            distinct[kept++].id = prims[i].id;
+    }
+    return leaf_fits(context, distinct, kept, out);
+}
+
 static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count, unsigned char *out)
 {
     const CoMesh *mesh = context;
@@ -133,7 +150,8 @@ static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count,
     return (size_t)(out - begin);
 }
 
-static void fill_triangle(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
+// Returns the area of its box, three times.
+static Co4 fill_triangle(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
 {
     uint32_t tri[3];
     Co4 lo = co4_set1(INFINITY), hi = co4_set1(-INFINITY);
@@ -146,6 +164,7 @@ static void fill_triangle(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
     co4_store3(out->lo, lo);
     co4_store3(out->hi, hi);
     out->id = id;
+    return co_shards_area(lo, hi);
 }
 
 static void approach(const void *context, const CoBuildPrim *prims, size_t count)
@@ -169,22 +188,54 @@ static void expect(const void *context, uint32_t near_id, uint32_t far_id)
 typedef struct PrimFill {
     const CoMesh *mesh;
     CoBuildPrim *prims;
+    CoBoxAreas *areas; // of blocks of triangles
 } PrimFill;
 
-static void fill_prims(void *context, size_t begin, size_t end, uint32_t worker)
+static void fill_patches(void *context, size_t begin, size_t end, uint32_t worker)
 {
     PrimFill *fill = context;
     (void)worker;
     for (size_t i = begin; i < end; i++) {
-        if (!fill->mesh->patches) {
-            fill_triangle(fill->mesh, (uint32_t)i, &fill->prims[i]);
-            continue;
-        }
         CoBox box = co_grid_box(fill->mesh, (uint32_t)i);
         memcpy(fill->prims[i].lo, box.lo, sizeof box.lo);
         memcpy(fill->prims[i].hi, box.hi, sizeof box.hi);
         fill->prims[i].id = (uint32_t)i;
     }
+}
+
+static void fill_triangles(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    PrimFill *fill = context;
+    (void)worker;
+    for (size_t b = begin; b < end; b++) {
+        Co4 sum = co4_set1(0.0f), most = sum;
+        size_t stop = co_shards_block_end(b, fill->mesh->tri_count);
+        for (size_t i = b * CO_SHARDS_BLOCK; i < stop; i++) {
+            Co4 area = fill_triangle(fill->mesh, (uint32_t)i, &fill->prims[i]);
+            sum = co4_add(sum, area);
+            most = co4_max(area, most);
+        }
+        fill->areas[b] = (CoBoxAreas){co4_first(sum), co4_first(most)};
+    }
+}
+
+// False when memory ends.
+static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *are_shards)
+{
+    PrimFill fill = {.mesh = mesh, .prims = prims->prims};
+    size_t blocks = co_shards_blocks(mesh->tri_count);
+    *are_shards = false;
+    if (mesh->patches || prims->count == 0) {
+        co_parallel_for(prims->count, 1024, fill_patches, &fill);
+        return true;
+    }
+    fill.areas = co_alloc(CO_MEMORY_ACCEL, blocks * sizeof *fill.areas);
+    if (!fill.areas)
+        return false;
+    co_parallel_for(blocks, 1, fill_triangles, &fill);
+    bool is_done = co_shards_make(mesh, fill.areas, prims, are_shards);
+    co_free(CO_MEMORY_ACCEL, fill.areas, blocks * sizeof *fill.areas);
+    return is_done;
 }
 
 static void take_parts(CoBvh *bvh, const CoMesh *mesh, const CoTreeParts *parts)
@@ -210,20 +261,18 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         prims.count = co_grid_count(mesh);
     }
     CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
+    bool are_shards = false;
     prims.capacity = prims.count;
     prims.prims = co_alloc(CO_MEMORY_ACCEL, prims.count * sizeof *prims.prims);
-    if (!bvh || (!prims.prims && prims.count)) {
+    if (!bvh || (!prims.prims && prims.count) || !fill_prims(mesh, &prims, &are_shards)) {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
                 mesh->tri_count);
         co_prims_free(&prims);
         co_bvh_destroy(bvh);
         return NULL;
     }
-    PrimFill fill = {mesh, prims.prims};
-    size_t grain = mesh->patches ? 1024 : 16384;
-    if (grain < prims.count && co_build_threads(prims.count) == 1)
-        grain = prims.count;
-    co_parallel_for(prims.count, grain, fill_prims, &fill);
+    if (are_shards)
+        rule.fits = shards_fit;
     CoTreeParts parts;
     if (!co_tree_build(&prims, &rule, &parts, err)) {
         co_bvh_destroy(bvh);

@@ -129,6 +129,17 @@ static inline Co4 co4_xyz(Co4 a)
     return _mm_and_ps(a, _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1)));
 }
 
+// y, z, x of a, and its last.
+static inline Co4 co4_yzx(Co4 a)
+{
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 0, 2, 1));
+}
+
+static inline float co4_first(Co4 a)
+{
+    return _mm_cvtss_f32(a);
+}
+
 // Rows become columns.
 static inline void co4_transpose(Co4 m[4])
 {
@@ -249,6 +260,16 @@ static inline void co4_truncate(Co4 a, int32_t out[4])
 static inline Co4 co4_xyz(Co4 a)
 {
     CO4_LANES(i < 3 ? a.f[i] : 0.0f);
+}
+
+static inline Co4 co4_yzx(Co4 a)
+{
+    CO4_LANES(i < 3 ? a.f[(i + 1) % 3] : a.f[3]);
+}
+
+static inline float co4_first(Co4 a)
+{
+    return a.f[0];
 }
 
 static inline void co4_transpose(Co4 m[4])

@@ -20,7 +20,7 @@ static void floats_are_plain_c(void **state)
     (void)state;
     const float odd[8] = {0.0f, -0.0f, 1.5f, -3e38f, INFINITY, NAN, 1e-45f, 0.1f};
     for (int i = 0; i < 64; i++) {
-        float a[4], b[4], got[8][4];
+        float a[4], b[4], got[9][4];
         for (int k = 0; k < 4; k++) {
             a[k] = odd[(i / 8 + k) % 8];
             b[k] = odd[(i + k) % 8];
@@ -34,6 +34,7 @@ static void floats_are_plain_c(void **state)
         co4_store(got[5], co4_xyz(x));
         co4_store(got[6], co4_div(x, y));
         co4_store(got[7], co4_where_less(x, y, co4_set1(1.0f), co4_set1(-0.0f)));
+        co4_store(got[8], co4_yzx(x));
         for (int k = 0; k < 4; k++) {
             assert_true(same(got[0][k], a[k] < b[k] ? a[k] : b[k]));
             assert_true(same(got[1][k], a[k] > b[k] ? a[k] : b[k]));
@@ -43,7 +44,9 @@ static void floats_are_plain_c(void **state)
             assert_true(same(got[5][k], k < 3 ? a[k] : 0.0f));
             assert_true(same(got[6][k], a[k] / b[k]));
             assert_true(same(got[7][k], a[k] < b[k] ? 1.0f : -0.0f));
+            assert_true(same(got[8][k], a[k < 3 ? (k + 1) % 3 : 3]));
         }
+        assert_true(same(co4_first(x), a[0]));
         float three[4] = {0.0f, 0.0f, 0.0f, 9.0f};
         co4_store3(three, co4_load3(a));
         assert_true(same(three[0], a[0]) && same(three[1], a[1]) && same(three[2], a[2]));

@@ -1,0 +1,59 @@
+// Triangles in shards: where its box is much larger than what a triangle takes up of it, a tree is
+// cheaper over several smaller boxes of the same triangle.
+//
+// A leaf keeps whole triangles, so a test of one gives the same hit in any of them. No hit is lost
+// at a cut. The point where a kernel finds a triangle is off it by the rounding of its sheared
+// corners, 6 units of 2^-24 of the distance to the far side of the mesh, and of t, 4 more; slabs are
+// padded by 16, of which their own rounding takes 3 (kernels/one_ray.h: by a distance to the mesh,
+// so that it does not matter how small a box is or how far from the triangle's corners). The nearest
+// point of the triangle itself lies in one of its shards, as these cover it; hence the hit lies in
+// that shard's padded box, t within its slab, and no node above it is culled before t. Where the
+// triangle is cut, and how often, hits do not depend on.
+//
+// A refit gives leaves the boxes of whole triangles; where that makes a bad tree, it says so.
+//
+// Source: Ernst, Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; a budget that
+// goes where it saves most: Karras, Aila 2013, "Fast Parallel Construction of High-Quality Bounding
+// Volume Hierarchies", 5. Private to the builder.
+
+#ifndef CO_ACCEL_SHARDS_H
+#define CO_ACCEL_SHARDS_H
+
+#include "accel/build.h"
+#include "simd/lanes4.h"
+
+enum {
+    CO_SHARDS_BLOCK = CO_BUILD_ALONE / 4 // triangles that are measured together
+};
+
+// The areas of the boxes of one block.
+typedef struct CoBoxAreas {
+    float sum, largest;
+} CoBoxAreas;
+
+// Of a box, three times.
+static inline Co4 co_shards_area(Co4 lo, Co4 hi)
+{
+    Co4 size = co4_sub(hi, lo), sides = co4_mul(size, co4_yzx(size)), next = co4_yzx(sides);
+    return co4_add(co4_add(sides, next), co4_yzx(next));
+}
+
+static inline size_t co_shards_blocks(size_t count)
+{
+    return (count + CO_SHARDS_BLOCK - 1) / CO_SHARDS_BLOCK;
+}
+
+static inline size_t co_shards_block_end(size_t block, size_t count)
+{
+    size_t begin = block * CO_SHARDS_BLOCK;
+    return count - begin < CO_SHARDS_BLOCK ? count : begin + CO_SHARDS_BLOCK;
+}
+
+// Replaces triangles by shards where that pays. prims[i] is the box of triangle i; the first shard
+// takes its place, others follow all triangles, 0.3 of their number at most. Meshes whose triangles
+// are about as large as they are apart stay as they are. *are_shards: something has changed. False
+// when memory ends; prims are as they were. The same for any number of threads, all of which help.
+bool co_shards_make(const CoMesh *mesh, const CoBoxAreas *areas, CoPrimArray *prims,
+                    bool *are_shards);
+
+#endif
