@@ -150,23 +150,6 @@ static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count,
     return (size_t)(out - begin);
 }
 
-// Returns the area of its box, three times.
-static Co4 fill_triangle(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
-{
-    uint32_t tri[3];
-    Co4 lo = co4_set1(INFINITY), hi = co4_set1(-INFINITY);
-    co_mesh_triangle(mesh, id, tri);
-    for (int c = 0; c < 3; c++) {
-        Co4 p = co4_load3(mesh->points + 3 * (size_t)tri[c]);
-        lo = co4_min(p, lo);
-        hi = co4_max(p, hi);
-    }
-    co4_store3(out->lo, lo);
-    co4_store3(out->hi, hi);
-    out->id = id;
-    return co_shards_area(lo, hi);
-}
-
 static void approach(const void *context, const CoBuildPrim *prims, size_t count)
 {
     const CoMesh *mesh = context;
@@ -211,7 +194,7 @@ static void fill_triangles(void *context, size_t begin, size_t end, uint32_t wor
         Co4 sum = co4_set1(0.0f), most = sum;
         size_t stop = co_shards_block_end(b, fill->mesh->tri_count);
         for (size_t i = b * CO_SHARDS_BLOCK; i < stop; i++) {
-            Co4 area = fill_triangle(fill->mesh, (uint32_t)i, &fill->prims[i]);
+            Co4 area = co_shards_whole(fill->mesh, (uint32_t)i, &fill->prims[i]);
             sum = co4_add(sum, area);
             most = co4_max(area, most);
         }
@@ -220,11 +203,11 @@ static void fill_triangles(void *context, size_t begin, size_t end, uint32_t wor
 }
 
 // False when memory ends.
-static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *are_shards)
+static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *has_shards)
 {
     PrimFill fill = {.mesh = mesh, .prims = prims->prims};
     size_t blocks = co_shards_blocks(mesh->tri_count);
-    *are_shards = false;
+    *has_shards = false;
     if (mesh->patches || prims->count == 0) {
         co_parallel_for(prims->count, 1024, fill_patches, &fill);
         return true;
@@ -233,7 +216,7 @@ static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *are_shards)
     if (!fill.areas)
         return false;
     co_parallel_for(blocks, 1, fill_triangles, &fill);
-    bool is_done = co_shards_make(mesh, fill.areas, prims, are_shards);
+    bool is_done = co_shards_make(mesh, fill.areas, prims, has_shards);
     co_free(CO_MEMORY_ACCEL, fill.areas, blocks * sizeof *fill.areas);
     return is_done;
 }
@@ -261,17 +244,16 @@ CoBvh *co_bvh_create(const CoMesh *mesh, CohortError *err)
         prims.count = co_grid_count(mesh);
     }
     CoBvh *bvh = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *bvh);
-    bool are_shards = false;
     prims.capacity = prims.count;
     prims.prims = co_alloc(CO_MEMORY_ACCEL, prims.count * sizeof *prims.prims);
-    if (!bvh || (!prims.prims && prims.count) || !fill_prims(mesh, &prims, &are_shards)) {
+    if (!bvh || (!prims.prims && prims.count) || !fill_prims(mesh, &prims, &bvh->has_shards)) {
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to build a tree over %u triangles",
                 mesh->tri_count);
         co_prims_free(&prims);
         co_bvh_destroy(bvh);
         return NULL;
     }
-    if (are_shards)
+    if (bvh->has_shards)
         rule.fits = shards_fit;
     CoTreeParts parts;
     if (!co_tree_build(&prims, &rule, &parts, err)) {

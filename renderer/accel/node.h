@@ -128,6 +128,7 @@ struct CoBvh {
     unsigned char *leaves;
     size_t leaf_bytes, leaf_capacity;
     CoBvhBlock *block; // that nodes and leaves stand in, or NULL
+    bool has_shards;   // boxes of leaves are less than those of their triangles, see shards.h
     // What leaf references count: leaves and CO_LEAF_UNIT, or the mesh's patches themselves.
     const unsigned char *leaf_at;
     size_t leaf_stride;

@@ -135,6 +135,8 @@ static void refit_leaves(void *context, size_t begin, size_t end, uint32_t worke
 
 bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh)
 {
+    if (bvh->has_shards)
+        return false;
     double cost = built_cost(&bvh->tree);
     LeafRefit refit = {bvh, mesh};
     co_parallel_for(bvh->tree.node_count, LEAF_GRAIN, refit_leaves, &refit);

@@ -11,8 +11,8 @@
 
 #define TAG CO_MEMORY_ACCEL
 
-// In the area of an average box: what a cut saves at least, which is a good part of a leaf's box,
-// and what all of them do, of all boxes. Less does not pay: measured in docs/benchmarks.md.
+// What a cut saves at least, in areas of an average box, a good part of a leaf's; and what all cuts
+// save of the area of all boxes. Less does not pay, see docs/benchmarks.md.
 #define LEAST_SAVED 3.0
 #define WORTH 0.25
 
@@ -228,6 +228,8 @@ static void cut_blocks(const Shards *all, size_t begin, size_t end, bool is_coun
         size_t stop = co_shards_block_end(b, all->count);
         for (size_t i = b * CO_SHARDS_BLOCK; i < stop; i++) {
             CoBuildPrim *prim = &all->prims[i];
+            if (!is_counted)
+                co_shards_whole(all->mesh, (uint32_t)i, prim);
             if (!(box_area(prim) > least_area) ||
                 (all->every > 1 && co_hash32((uint32_t)i) % all->every != 0))
                 continue;
@@ -320,6 +322,7 @@ static bool is_crowded(const CoPrimArray *prims, float largest)
     return met >= CROWD;
 }
 
+// The old prims make room for the new ones: a build never holds much more than its result.
 static bool give_places(Shards *all, CoPrimArray *prims)
 {
     size_t count = all->count;
@@ -328,11 +331,10 @@ static bool give_places(Shards *all, CoPrimArray *prims)
         for (int step = all->least; step < STEPS; step++)
             count += all->blocks[b].cuts[step];
     }
-    CoBuildPrim *moved = co_realloc(TAG, prims->prims, prims->capacity * sizeof *moved,
-                                    count * sizeof *moved);
-    if (!moved)
+    co_prims_free(prims);
+    prims->prims = all->prims = co_alloc(TAG, count * sizeof *prims->prims);
+    if (!prims->prims)
         return false;
-    all->prims = prims->prims = moved;
     prims->count = prims->capacity = count;
     return true;
 }

@@ -1,4 +1,4 @@
-// Triangles in shards: where its box is much larger than what a triangle takes up of it, a tree is
+// Triangles in shards: where a box is much larger than what its triangle takes up of it, a tree is
 // cheaper over several smaller boxes of the same triangle.
 //
 // A leaf keeps whole triangles, so a test of one gives the same hit in any of them. No hit is lost
@@ -10,7 +10,8 @@
 // that shard's padded box, t within its slab, and no node above it is culled before t. Where the
 // triangle is cut, and how often, hits do not depend on.
 //
-// A refit gives leaves the boxes of whole triangles; where that makes a bad tree, it says so.
+// A refit would give leaves the boxes of whole triangles, for which the tree is no good: it is
+// refused.
 //
 // Source: Ernst, Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; a budget that
 // goes where it saves most: Karras, Aila 2013, "Fast Parallel Construction of High-Quality Bounding
@@ -38,6 +39,23 @@ static inline Co4 co_shards_area(Co4 lo, Co4 hi)
     return co4_add(co4_add(sides, next), co4_yzx(next));
 }
 
+// A triangle as it is. Returns the area of its box, three times.
+static inline Co4 co_shards_whole(const CoMesh *mesh, uint32_t id, CoBuildPrim *out)
+{
+    uint32_t tri[3];
+    Co4 lo = co4_set1(INFINITY), hi = co4_set1(-INFINITY);
+    co_mesh_triangle(mesh, id, tri);
+    for (int c = 0; c < 3; c++) {
+        Co4 p = co4_load3(mesh->points + 3 * (size_t)tri[c]);
+        lo = co4_min(p, lo);
+        hi = co4_max(p, hi);
+    }
+    co4_store3(out->lo, lo);
+    co4_store3(out->hi, hi);
+    out->id = id;
+    return co_shards_area(lo, hi);
+}
+
 static inline size_t co_shards_blocks(size_t count)
 {
     return (count + CO_SHARDS_BLOCK - 1) / CO_SHARDS_BLOCK;
@@ -52,7 +70,7 @@ static inline size_t co_shards_block_end(size_t block, size_t count)
 // Replaces triangles by shards where that pays. prims[i] is the box of triangle i; the first shard
 // takes its place, others follow all triangles, 0.3 of their number at most. Meshes whose triangles
 // are about as large as they are apart stay as they are. *are_shards: something has changed. False
-// when memory ends; prims are as they were. The same for any number of threads, all of which help.
+// when memory ends; prims may be freed then. The same for any number of threads, all of which help.
 bool co_shards_make(const CoMesh *mesh, const CoBoxAreas *areas, CoPrimArray *prims,
                     bool *are_shards);
 

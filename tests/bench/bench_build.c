@@ -113,9 +113,8 @@ static CoRayBatch make_rays(Random *random)
     return rays;
 }
 
-static void count_visits(uint32_t tris, Random *random)
+static void count_visits(const char *title, CoMesh mesh, Random *random)
 {
-    CoMesh mesh = bench_mesh_ball(tris);
     CoObject objects[2] = {{.mesh = &mesh, .bvh = co_bvh_create(&mesh, NULL)}, {.mesh = NULL}};
     objects[0].box_min = co_vec3(-2, -2, -2);
     objects[0].box_max = co_vec3(2, 2, 2);
@@ -136,9 +135,9 @@ static void count_visits(uint32_t tris, Random *random)
         co_accel_kernels(NULL)->traverse(&scene, &rays, NULL, &hits, 0, VISITS, false, &stats);
         least = fmin(least, bench_seconds(CLOCK_THREAD_CPUTIME_ID) - start);
     }
-    printf("  %9u triangles: %6.2f nodes, %6.2f triangle tests, %.0f ns per ray, %.1f bytes per "
+    printf("  %-9s %9u triangles: %6.2f nodes, %6.2f triangle tests, %.0f ns per ray, %.1f bytes per "
            "triangle\n",
-           mesh.tri_count, (double)stats.bottom_nodes / VISITS, (double)stats.triangles / VISITS,
+           title, mesh.tri_count, (double)stats.bottom_nodes / VISITS, (double)stats.triangles / VISITS,
            1e9 * least / VISITS, (double)co_bvh_bytes(objects[0].bvh) / mesh.tri_count);
     fflush(stdout);
     co_top_destroy((CoTop *)(uintptr_t)objects[1].top);
@@ -168,8 +167,15 @@ int main(int argc, char **argv)
         (uint32_t)threads);
     run("soup", bench_mesh_soup(tris, 1.0f, &random), (int)rounds, (uint32_t)threads);
     run("splinters", bench_mesh_soup(tris, 30.0f, &random), (int)rounds, (uint32_t)threads);
+    run("splinters, turned", bench_mesh_turned(tris, 30.0f, &random), (int)rounds,
+        (uint32_t)threads);
+    run("house", bench_mesh_house(tris), (int)rounds, (uint32_t)threads);
     printf("visits\n");
     for (double n = 10; n <= most; n *= 10)
-        count_visits(1000u * (uint32_t)n, &random);
+        count_visits("ball", bench_mesh_ball(1000u * (uint32_t)n), &random);
+    count_visits("soup", bench_mesh_soup(tris, 1.0f, &random), &random);
+    count_visits("splinters", bench_mesh_soup(tris, 30.0f, &random), &random);
+    count_visits("turned", bench_mesh_turned(tris, 30.0f, &random), &random);
+    count_visits("house", bench_mesh_house(tris), &random);
     return 0;
 }
