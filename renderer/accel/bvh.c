@@ -209,13 +209,14 @@ static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *has_shards)
     size_t blocks = co_shards_blocks(mesh->tri_count);
     *has_shards = false;
     if (mesh->patches || prims->count == 0) {
-        co_parallel_for(prims->count, 1024, fill_patches, &fill);
+        bool is_alone = co_build_threads(prims->count) == 1;
+        co_parallel_for(prims->count, is_alone ? prims->count : 1024, fill_patches, &fill);
         return true;
     }
     fill.areas = co_alloc(CO_MEMORY_ACCEL, blocks * sizeof *fill.areas);
     if (!fill.areas)
         return false;
-    co_parallel_for(blocks, 1, fill_triangles, &fill);
+    co_parallel_for(blocks, co_shards_grain(mesh->tri_count), fill_triangles, &fill);
     bool is_done = co_shards_make(mesh, fill.areas, prims, has_shards);
     co_free(CO_MEMORY_ACCEL, fill.areas, blocks * sizeof *fill.areas);
     return is_done;

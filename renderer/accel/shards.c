@@ -36,14 +36,15 @@ enum {
 
 // What is left of a triangle in a box.
 typedef struct Shard {
-    CoBox box;
+    CoFour lo, hi;
     int count;
-    double corners[CORNERS][3];
+    CoFour corners[CORNERS];
 } Shard;
 
 typedef struct Block {
     size_t place;         // of its next shard
     uint32_t cuts[STEPS]; // each in the step of what it saves, if no cut it is within saves less
+    uint64_t is_cut[CO_SHARDS_BLOCK / 64]; // triangles
 } Block;
 
 typedef struct Shards {
@@ -62,7 +63,9 @@ typedef struct Cutter {
     const Shards *all;
     Block *block;
     uint32_t id;
+    CoFour rounding; // of a cut, by axis
     CoBuildPrim *next; // where a shard goes, or NULL: cuts are counted
+    bool is_cut;       // once at least
 } Cutter;
 
 static float box_area(const CoBuildPrim *prim)
@@ -70,104 +73,104 @@ static float box_area(const CoBuildPrim *prim)
     return co4_first(co_shards_area(co4_load(prim->lo), co4_load(prim->hi)));
 }
 
-static Shard whole_triangle(const CoMesh *mesh, const CoBuildPrim *prim)
+static CoFour four_of(const float p[3])
 {
-    Shard shard = {.count = 3};
+    return (CoFour){p[0], p[1], p[2], 0.0f};
+}
+
+static void whole_triangle(const CoMesh *mesh, const CoBuildPrim *prim, Shard *out)
+{
     uint32_t tri[3];
     co_mesh_triangle(mesh, prim->id, tri);
     for (int c = 0; c < 3; c++)
-        for (int k = 0; k < 3; k++)
-            shard.corners[c][k] = (double)mesh->points[3 * (size_t)tri[c] + (size_t)k];
-    memcpy(shard.box.lo, prim->lo, sizeof prim->lo);
-    memcpy(shard.box.hi, prim->hi, sizeof prim->hi);
-    return shard;
+        out->corners[c] = four_of(mesh->points + 3 * (size_t)tri[c]);
+    out->count = 3;
+    out->lo = four_of(prim->lo);
+    out->hi = four_of(prim->hi);
 }
 
-static int longest_axis(const CoBox *box)
+// Of sides: xy, yz, zx.
+static float sum_of(CoFour sides)
 {
-    float d[3];
-    for (int k = 0; k < 3; k++)
-        d[k] = box->hi[k] - box->lo[k];
-    int yz = d[2] > d[1] ? 2 : 1;
-    return d[yz] > d[0] ? yz : 0;
+    return sides[0] + sides[1] + sides[2];
 }
 
-// Of the corners, wider by more than they are rounded by, but within what it was. What doubles lose
-// in all cuts is less than a millionth of that.
-static void narrow_box(Shard *shard)
+static CoFour sides_of(const Shard *shard)
 {
-    for (int k = 0; k < 3; k++) {
-        double least = shard->corners[0][k], most = least;
-        for (int i = 1; i < shard->count; i++) {
-            double x = shard->corners[i][k];
-            least = x < least ? x : least;
-            most = x > most ? x : most;
-        }
-        float lo = (float)least, hi = (float)most;
-        lo -= fabsf(lo) * 0x1p-22f + FLT_TRUE_MIN;
-        hi += fabsf(hi) * 0x1p-22f + FLT_TRUE_MIN;
-        shard->box.lo[k] = lo > shard->box.lo[k] ? lo : shard->box.lo[k];
-        shard->box.hi[k] = hi < shard->box.hi[k] ? hi : shard->box.hi[k];
+    CoFour size = shard->hi - shard->lo;
+    return size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
+}
+
+// Of the corners, wider by what these are off by, but within what it was.
+static void narrow_box(Shard *shard, CoFour rounding)
+{
+    CoFour lo = shard->corners[0], hi = lo;
+    for (int i = 1; i < shard->count; i++) {
+        lo = co_four_min(shard->corners[i], lo);
+        hi = co_four_max(shard->corners[i], hi);
     }
+    shard->lo = co_four_max(lo - rounding, shard->lo);
+    shard->hi = co_four_min(hi + rounding, shard->hi);
 }
 
-static void add_corner(Shard *shard, const double p[3])
+// Corners in the plane belong to both halves. Inline, as the axis is known where it is called.
+static inline __attribute__((always_inline)) void cut_corners(const Shard *shard, int axis,
+                                                              float plane, Shard halves[2])
 {
-    memcpy(shard->corners[shard->count++], p, sizeof shard->corners[0]);
-}
-
-// Corners in the plane belong to both halves.
-static void cut_corners(const Shard *shard, int axis, double plane, Shard halves[2])
-{
-    const double *from = shard->corners[shard->count - 1];
-    double before = from[axis] - plane;
+    int left = 0, right = 0;
+    CoFour from = shard->corners[shard->count - 1];
+    float before = from[axis] - plane;
+    halves[0].lo = halves[1].lo = shard->lo;
+    halves[0].hi = halves[1].hi = shard->hi;
+    halves[0].hi[axis] = halves[1].lo[axis] = plane;
     for (int i = 0; i < shard->count; i++) {
-        const double *to = shard->corners[i];
-        double after = to[axis] - plane;
-        if ((before < 0.0 && after > 0.0) || (before > 0.0 && after < 0.0)) {
-            double crossing[3], w = before / (before - after);
-            for (int k = 0; k < 3; k++)
-                crossing[k] = from[k] + (to[k] - from[k]) * w;
+        CoFour to = shard->corners[i];
+        float after = to[axis] - plane;
+        if ((before < 0.0f && after > 0.0f) || (before > 0.0f && after < 0.0f)) {
+            CoFour crossing = from + (to - from) * co_four_set1(before / (before - after));
             crossing[axis] = plane;
-            add_corner(&halves[0], crossing);
-            add_corner(&halves[1], crossing);
+            halves[0].corners[left++] = crossing;
+            halves[1].corners[right++] = crossing;
         }
-        if (after <= 0.0)
-            add_corner(&halves[0], to);
-        if (after >= 0.0)
-            add_corner(&halves[1], to);
+        halves[0].corners[left] = to;
+        halves[1].corners[right] = to;
+        left += after <= 0.0f;
+        right += after >= 0.0f;
         from = to;
         before = after;
     }
+    halves[0].count = left;
+    halves[1].count = right;
 }
 
 // Through the middle of the longest side. False when floats have none.
-static bool cut(const Shard *shard, Shard halves[2])
+static bool cut(const Shard *shard, CoFour rounding, Shard halves[2])
 {
-    int axis = longest_axis(&shard->box);
-    float middle = 0.5f * shard->box.lo[axis] + 0.5f * shard->box.hi[axis];
-    if (!(shard->box.lo[axis] < middle && middle < shard->box.hi[axis]))
+    CoFour lo = shard->lo, hi = shard->hi, middle = 0.5f * lo + 0.5f * hi, size = hi - lo;
+    CoFourBits is_between = (lo < middle) & (middle < hi);
+    int axis = size[2] > size[1] ? 2 : 1;
+    axis = size[axis] > size[0] ? axis : 0;
+    if (!is_between[axis])
         return false;
-    halves[0].count = halves[1].count = 0;
-    halves[0].box = halves[1].box = shard->box;
-    halves[0].box.hi[axis] = halves[1].box.lo[axis] = middle;
-    cut_corners(shard, axis, (double)middle, halves);
-    if (!halves[0].count || !halves[1].count)
+    if (axis == 0)
+        cut_corners(shard, 0, middle[0], halves);
+    else if (axis == 1)
+        cut_corners(shard, 1, middle[1], halves);
+    else
+        cut_corners(shard, 2, middle[2], halves);
+    if (halves[0].count == 0 || halves[1].count == 0)
         return false;
-    narrow_box(&halves[0]);
-    narrow_box(&halves[1]);
+    narrow_box(&halves[0], rounding);
+    narrow_box(&halves[1], rounding);
     return true;
 }
 
-// No cut saves more: the halves together cover every side of the box but the one that is cut. That
-// is two thirds of the area at most.
-static double most_saved(const CoBox *box)
+// No cut saves more: the halves together cover every side of the box, and half of the two that are
+// cut. That is two thirds of the area at most.
+static double most_saved(const Shard *shard)
 {
-    int axis = longest_axis(box), y = (axis + 1) % 3, z = (axis + 2) % 3;
-    double d[3];
-    for (int k = 0; k < 3; k++)
-        d[k] = (double)box->hi[k] - (double)box->lo[k];
-    return 0.5 * d[axis] * (d[y] + d[z]) + d[y] * d[z];
+    CoFour sides = sides_of(shard);
+    return 0.5 * ((double)sum_of(sides) + (double)co_four_smallest3(sides, INFINITY));
 }
 
 // Exponent and first bits of a ratio; below 0 for less than a unit.
@@ -188,29 +191,34 @@ static double units_of(int step)
     return ldexp(part, step >> STEP_BITS);
 }
 
-static void put_shard(Cutter *c, const CoBox *box)
+static void put_shard(Cutter *c, const Shard *shard)
 {
-    memcpy(c->next->lo, box->lo, sizeof box->lo);
-    memcpy(c->next->hi, box->hi, sizeof box->hi);
+    memcpy(c->next->lo, &shard->lo, sizeof c->next->lo);
+    memcpy(c->next->hi, &shard->hi, sizeof c->next->hi);
     c->next->id = c->id;
+}
+
+static double saved_by(const Shard *shard, const Shard halves[2])
+{
+    return (double)sum_of(sides_of(shard) - sides_of(&halves[0]) - sides_of(&halves[1]));
 }
 
 // Makes or counts the cuts that save enough, none of them in a higher step than `most`.
 static void cut_down(Cutter *c, const Shard *shard, int depth, int most)
 {
     const Shards *all = c->all;
+    CoFour rounding = c->rounding * co_four_set1((float)(depth + 1));
     Shard halves[2];
     int step = -1;
-    if (depth < DEEPEST && most_saved(&shard->box) > all->limit && cut(shard, halves))
-        step = step_of(co_box_area(&shard->box) - co_box_area(&halves[0].box) -
-                           co_box_area(&halves[1].box),
-                       all->unit);
+    if (depth < DEEPEST && most_saved(shard) > all->limit && cut(shard, rounding, halves))
+        step = step_of(saved_by(shard, halves), all->unit);
     if (step < all->least) {
         if (c->next)
-            put_shard(c, &shard->box);
+            put_shard(c, shard);
         return;
     }
     step = step < most ? step : most;
+    c->is_cut = true;
     if (!c->next)
         c->block->cuts[step]++;
     cut_down(c, &halves[0], depth + 1, step);
@@ -219,38 +227,58 @@ static void cut_down(Cutter *c, const Shard *shard, int depth, int most)
     cut_down(c, &halves[1], depth + 1, step);
 }
 
-static void cut_blocks(const Shards *all, size_t begin, size_t end, bool is_counted)
+// A cut puts corners no farther off than 12 units of 2^-24 of the largest coordinate on their axis,
+// so that those of shards come to lie beyond the corners they have by as much for each cut.
+static CoFour rounding_of(const Shard *whole)
 {
-    // Most are told by their area alone.
-    const float least_area = (float)(1.5 * all->limit);
-    for (size_t b = begin; b < end; b++) {
-        Cutter cutter = {.all = all, .block = &all->blocks[b]};
-        size_t stop = co_shards_block_end(b, all->count);
-        for (size_t i = b * CO_SHARDS_BLOCK; i < stop; i++) {
-            CoBuildPrim *prim = &all->prims[i];
-            if (!is_counted)
-                co_shards_whole(all->mesh, (uint32_t)i, prim);
-            if (!(box_area(prim) > least_area) ||
-                (all->every > 1 && co_hash32((uint32_t)i) % all->every != 0))
-                continue;
-            Shard whole = whole_triangle(all->mesh, prim);
-            cutter.id = prim->id;
-            cutter.next = is_counted ? NULL : prim;
-            cut_down(&cutter, &whole, 0, STEPS - 1);
-        }
-    }
+    CoFour reach = co_four_max(co_four_abs(whole->lo), co_four_abs(whole->hi));
+    return reach * co_four_set1(0x1p-20f) + co_four_set1(0x1p-140f);
+}
+
+static void cut_triangle(Cutter *c, const CoBuildPrim *prim)
+{
+    Shard whole;
+    whole_triangle(c->all->mesh, prim, &whole);
+    c->id = prim->id;
+    c->rounding = rounding_of(&whole);
+    cut_down(c, &whole, 0, STEPS - 1);
 }
 
 static void count_cuts(void *context, size_t begin, size_t end, uint32_t worker)
 {
+    const Shards *all = context;
+    // Most are told by their area alone.
+    const float least_area = (float)(1.5 * all->limit);
     (void)worker;
-    cut_blocks(context, begin, end, true);
+    for (size_t b = begin; b < end; b++) {
+        Cutter cutter = {.all = all, .block = &all->blocks[b]};
+        size_t first = b * CO_SHARDS_BLOCK, stop = co_shards_block_end(b, all->count);
+        for (size_t i = first; i < stop; i++) {
+            if (!(box_area(&all->prims[i]) > least_area) ||
+                (all->every > 1 && co_hash32((uint32_t)i) % all->every != 0))
+                continue;
+            cutter.is_cut = false;
+            cut_triangle(&cutter, &all->prims[i]);
+            cutter.block->is_cut[(i - first) / 64] |= (uint64_t)cutter.is_cut << i % 64;
+        }
+    }
 }
 
 static void make_cuts(void *context, size_t begin, size_t end, uint32_t worker)
 {
+    const Shards *all = context;
     (void)worker;
-    cut_blocks(context, begin, end, false);
+    for (size_t b = begin; b < end; b++) {
+        Cutter cutter = {.all = all, .block = &all->blocks[b]};
+        size_t first = b * CO_SHARDS_BLOCK, stop = co_shards_block_end(b, all->count);
+        for (size_t i = first; i < stop; i++) {
+            co_shards_whole(all->mesh, (uint32_t)i, &all->prims[i]);
+            if (cutter.block->is_cut[(i - first) / 64] >> i % 64 & 1) {
+                cutter.next = &all->prims[i];
+                cut_triangle(&cutter, &all->prims[i]);
+            }
+        }
+    }
 }
 
 // The least step from which on cuts are within the budget; STEPS when they save less than `worth`.
@@ -341,7 +369,8 @@ static bool give_places(Shards *all, CoPrimArray *prims)
 
 static bool make_shards(Shards *all, double worth, CoPrimArray *prims, bool *are_shards)
 {
-    co_parallel_for(all->block_count, 1, count_cuts, all);
+    size_t grain = co_shards_grain(all->count);
+    co_parallel_for(all->block_count, grain, count_cuts, all);
     all->least = choose_step(all, worth);
     if (all->least == STEPS)
         return true;
@@ -349,11 +378,11 @@ static bool make_shards(Shards *all, double worth, CoPrimArray *prims, bool *are
         all->every = 1;
         all->limit = units_of(all->least) * all->unit;
         memset(all->blocks, 0, all->block_count * sizeof *all->blocks);
-        co_parallel_for(all->block_count, 1, count_cuts, all);
+        co_parallel_for(all->block_count, grain, count_cuts, all);
     }
     if (!give_places(all, prims))
         return false;
-    co_parallel_for(all->block_count, 1, make_cuts, all);
+    co_parallel_for(all->block_count, grain, make_cuts, all);
     *are_shards = true;
     return true;
 }

@@ -24,7 +24,7 @@
 #include "simd/lanes4.h"
 
 enum {
-    CO_SHARDS_BLOCK = CO_BUILD_ALONE / 4 // triangles that are measured together
+    CO_SHARDS_BLOCK = 4096 // triangles that are measured together
 };
 
 // The areas of the boxes of one block.
@@ -59,6 +59,12 @@ static inline Co4 co_shards_whole(const CoMesh *mesh, uint32_t id, CoBuildPrim *
 static inline size_t co_shards_blocks(size_t count)
 {
     return (count + CO_SHARDS_BLOCK - 1) / CO_SHARDS_BLOCK;
+}
+
+// How many of them a thread takes at once.
+static inline size_t co_shards_grain(size_t count)
+{
+    return co_build_threads(count) == 1 ? co_shards_blocks(count) : 2;
 }
 
 static inline size_t co_shards_block_end(size_t block, size_t count)
