@@ -23,8 +23,8 @@ BEGIN {
     order["delegate"] = "index=prims=pass stage_adapter"
     public["renderer"] = " base scene render image "
     public["usda_loader"] = " base usda "
-    public["delegate"] = " base scene render image delegate "
-    public["cli"] = " base scene render image delegate stage_adapter usda "
+    public["delegate"] = " base scene render image scene_delegate delegate "
+    public["cli"] = " base scene render image scene_delegate delegate stage_adapter usda "
     public["examples"] = public["cli"]
     floor["usda_loader"] = " base math "
     floor["delegate"] = " base math "

@@ -44,13 +44,13 @@ typedef struct CohortAdapterOptions {
     uint32_t width, height; // 0 = from the stage; one given: the other from the camera's aspect
     const char *env;        // a dome light: "sky" (built in) or an image file; NULL = none
     bool headlight;         // a distant light along the camera, as usdrecord's camera light
-    bool inspect; // only to learn what is not honored: populate pulls, and makes no scene
+    bool inspect;           // only to learn what is not honored: populate pulls, and makes no scene
 } CohortAdapterOptions;
 
 // What to render, from options, render settings and stage, in this order.
 typedef struct CohortResolvedSettings {
-    const char *camera; // in the index: option > settings' camera > one named main_cam > the
-                        // stage's first > a camera that frames everything
+    const char *camera;     // in the index: option > settings' camera > one named main_cam > the
+                            // stage's first > a camera that frames everything
     bool camera_frames;     // the last case
     uint32_t width, height; // pixels; without any: 1280 wide, height from the camera's aperture
     CohortConformPolicy conform;
@@ -65,8 +65,8 @@ typedef struct CohortResolvedSettings {
     size_t light_count;  // of the stage; 0 and neither env nor headlight: the image will be black
 } CohortResolvedSettings;
 
-// Opens a stage. The delegate must outlive the adapter and have an index. NULL as cohort_stage_open fails, or with
-// COHORT_ERROR_ARGUMENT when there is no index. options NULL: all defaults.
+// Opens a stage. The delegate must outlive the adapter and have an index. NULL as cohort_stage_open
+// fails, or with COHORT_ERROR_ARGUMENT when there is no index. options NULL: all defaults.
 CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
                                    const CohortAdapterOptions *options, CohortError *err);
 
