@@ -20,7 +20,7 @@ static bool reserve(void **array, size_t *capacity, size_t count, size_t element
 {
     if (count < *capacity)
         return true;
-    size_t more = 2 * *capacity + 16;
+    size_t more = 2 * *capacity + 1;
     void *moved = co_realloc(TAG, *array, *capacity * element, more * element);
     if (!moved)
         return false;

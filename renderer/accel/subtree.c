@@ -148,7 +148,7 @@ static bool reserve(CoPiece *piece, size_t bytes)
 {
     if (bytes <= piece->capacity)
         return true;
-    size_t wanted = bytes + bytes / 4 + STEP;
+    size_t wanted = bytes + bytes / 8 + STEP;
     void *from = piece->capacity ? piece->bytes : NULL;
     unsigned char *moved = co_realloc(TAG, from, piece->capacity, wanted);
     if (!moved)
