@@ -1,6 +1,6 @@
 // A flattened stage says, in one layer, what the composed one says. Also tests flat_value.c.
 
-#include "usda_loader/stage/usda_stage_fixture.h"
+#include "usda_loader/stage/memory_files.h"
 
 #include <stdlib.h>
 #include <unistd.h>
@@ -82,10 +82,55 @@ static void a_full_disk_is_an_error(void **state)
     cohort_stage_destroy(stage);
 }
 
+// The root layer declares a type, the layer below has a value of another: what text of that type
+// can say is written so, the rest takes its own type along.
+static const MemoryFile typed[] = {
+    {"/mem/typed.usda", "#usda 1.0\n(\n subLayers = [@./values.usda@]\n)\n"
+                        "over \"A\"\n{\n double whole\n half small\n int real\n token word\n"
+                        " string text\n float[] list\n int scalar\n float3 point\n quatf turn\n"
+                        " double moving\n int rising\n double curve\n int bent\n float none\n}\n"},
+    {"/mem/values.usda",
+     "#usda 1.0\ndef \"A\"\n{\n int whole = 3\n double small = 0.5\n double real = 1.5\n"
+     " string word = \"w\"\n token text = \"t\"\n int[] list = [1, 2]\n int[] scalar = [5]\n"
+     " int3 point = (1, 2, 3)\n float4 turn = (1, 0, 0, 0)\n"
+     " int moving.timeSamples = {\n 0: 1,\n 4: None,\n 8: 3,\n }\n"
+     " double rising.timeSamples = {\n 0: 0.5,\n 8: 1.5,\n }\n"
+     " double curve.spline = {\n 0: 1,\n 8: 2,\n }\n double bent.spline = {\n 0: 1,\n 8: 2,\n }\n"
+     " double none = None\n}\n"},
+};
+
+static void values_of_another_type_are_kept(void **state)
+{
+    (void)state;
+    MemoryFiles files = FILES(typed);
+    CohortStage *stage = memory_stage(&files, NULL, NULL);
+    CohortStage *flat = flatten(stage);
+    const CohortPrim *a = test_prim(stage, "/A"), *b = test_prim(flat, "/A");
+    assert_int_equal(cohort_prim_property_count(a), cohort_prim_property_count(b));
+    for (size_t i = 0; i < cohort_prim_property_count(a); i++) {
+        const char *name = cohort_prim_property_name(a, i);
+        for (double time = -1; time < 10; time += 1) {
+            double x[4] = {0}, y[4] = {0};
+            bool is_number = cohort_prim_numbers(a, name, time, x, 4);
+            assert_int_equal(cohort_prim_numbers(b, name, time, y, 4), is_number);
+            for (int k = 0; k < 4; k++)
+                if (!(x[k] == y[k]))
+                    fail_msg("%s at %g: %g became %g", name, time, x[k], y[k]);
+            assert_string_equal(cohort_prim_token(a, name, time, "none"),
+                                cohort_prim_token(b, name, time, "none"));
+        }
+    }
+    test_text(flat, "/A", "word", "w");
+    assert_true(cohort_prim_double(b, "real", 0, 0) == 1.5);
+    cohort_stage_destroy(flat);
+    cohort_stage_destroy(stage);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_is_lost),
+        cmocka_unit_test(values_of_another_type_are_kept),
         cmocka_unit_test(instances_are_told_under_their_own_names),
         cmocka_unit_test(a_full_disk_is_an_error),
     };

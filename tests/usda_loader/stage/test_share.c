@@ -1,7 +1,7 @@
 // Children taken over from an equal prim: shared where nothing tells them apart, and never felt.
 
 #include "stage/share.h"
-#include "usda_loader/stage/usda_stage_fixture.h"
+#include "usda_loader/stage/memory_files.h"
 
 #include "base/memory.h"
 
@@ -87,6 +87,40 @@ static void targets_lead_to_where_the_prim_stands(void **state)
     cohort_stage_destroy(stage);
 }
 
+// More of them than the table holds at first; and a limit of prims counts what is shared each time.
+static void many_kinds_are_told_apart(void **state)
+{
+    (void)state;
+    enum {
+        KINDS = 100
+    };
+    static char root[KINDS * 128], library[KINDS * 64];
+    size_t used = 0, room = 0;
+    used += (size_t)snprintf(root, sizeof root, "#usda 1.0\n");
+    room += (size_t)snprintf(library, sizeof library, "#usda 1.0\n");
+    for (int i = 0; i < 2 * KINDS; i++)
+        used += (size_t)snprintf(root + used, sizeof root - used,
+                                 "def \"%c%d\" (references = @./lib.usda@</K%d>)\n{\n}\n",
+                                 i < KINDS ? 'A' : 'B', i % KINDS, i % KINDS);
+    for (int i = 0; i < KINDS; i++)
+        room += (size_t)snprintf(library + room, sizeof library - room,
+                                 "def \"K%d\"\n{\n def \"Leaf\"\n {\n }\n}\n", i);
+    const MemoryFile files[] = {{"/mem/root.usda", root}, {"/mem/lib.usda", library}};
+    MemoryFiles memory = FILES(files);
+    CohortStage *stage = memory_stage(&memory, NULL, NULL);
+    for (int i = 0; i < KINDS; i++) {
+        char a[32], b[32], other[32];
+        snprintf(a, sizeof a, "/A%d/Leaf", i);
+        snprintf(b, sizeof b, "/B%d/Leaf", i);
+        snprintf(other, sizeof other, "/B%d/Leaf", (i + 1) % KINDS);
+        assert_true(is_shared(stage, a, b));
+        assert_false(is_shared(stage, a, other));
+    }
+    cohort_stage_destroy(stage);
+    CohortStageOptions few = {.max_prims = 4 * KINDS - 10};
+    assert_null(memory_stage(&memory, &few, NULL));
+}
+
 static void failing_memory_is_survived(void **state)
 {
     (void)state;
@@ -115,6 +149,7 @@ int main(void)
         cmocka_unit_test(whatever_tells_them_apart_keeps_them_apart),
         cmocka_unit_test(shared_prims_know_where_they_stand),
         cmocka_unit_test(targets_lead_to_where_the_prim_stands),
+        cmocka_unit_test(many_kinds_are_told_apart),
         cmocka_unit_test(failing_memory_is_survived),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
