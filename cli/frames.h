@@ -6,7 +6,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { FRAMES_MAX = 1000000 };
+enum {
+    FRAMES_MAX = 1000000
+};
 
 typedef struct FrameList {
     double *times; // malloc'ed

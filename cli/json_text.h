@@ -5,8 +5,8 @@
 
 #include <stdio.h>
 
-// Prints a quoted text (NULL: an empty one). Names of files may be any bytes: what is no UTF-8 becomes
-// U+FFFD, so that every reader takes the rest.
+// Prints a quoted text (NULL: an empty one). Names of files may be any bytes: what is no UTF-8
+// becomes U+FFFD, so that every reader takes the rest.
 void json_print_text(const char *text, FILE *out);
 
 #endif

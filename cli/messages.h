@@ -5,8 +5,8 @@
 
 #include "cohort/delegate.h"
 
-// The loader reports a layer it cannot read as an error, and then what becomes of it: a failure or a
-// warning in the same words. The error is held back until that is known.
+// The loader reports a layer it cannot read as an error, and then what becomes of it: a failure or
+// a warning in the same words. The error is held back until that is known.
 typedef struct Messages {
     CohortError held;
     bool is_quiet; // errors only
@@ -19,8 +19,8 @@ void messages_report(void *cookie, CohortSeverity severity, const char *file, ui
 // Prints what is still held back, and the failure that ended the command, if any.
 void messages_end(Messages *messages, const CohortError *err);
 
-// Prints what was not honored, equal things of many prims on one line, and the renderer's warnings. A
-// file that cannot be read is one line; verbose, one of each prim that names it.
+// Prints what was not honored, equal things of many prims on one line, and the renderer's warnings.
+// A file that cannot be read is one line; verbose, one of each prim that names it.
 void messages_not_honored(CohortDelegate *delegate, const CohortRenderIndex *index,
                           bool is_verbose);
 

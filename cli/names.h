@@ -9,8 +9,8 @@
 bool names_frame(const RenderRun *run, const char *pattern, size_t frame, char *path, size_t size,
                  CohortError *err);
 
-// Says before the first ray what would keep any file of any frame from being written after the last one:
-// endings, folders, missing placeholders, one file named twice, or the stage itself.
+// Says before the first ray what would keep any file of any frame from being written after the last
+// one: endings, folders, missing placeholders, one file named twice, or the stage itself.
 bool names_check(const RenderRun *run, CohortError *err);
 
 // The part of it that may change while other frames render.

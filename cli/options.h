@@ -16,7 +16,9 @@ typedef enum OptionType {
     OPTION_LIST      // OptionList, may be given again
 } OptionType;
 
-enum { OPTION_LIST_MAX = 64 };
+enum {
+    OPTION_LIST_MAX = 64
+};
 typedef struct OptionList {
     const char *items[OPTION_LIST_MAX];
     size_t count;
@@ -49,8 +51,8 @@ typedef struct CommandHead {
     const char *what; // they are: "one stage"
 } CommandHead;
 
-// Parses, shows the help where *wants_help became true, and counts the operands. Returns -1 to go on with
-// argv[*first], else the exit code.
+// Parses, shows the help where *wants_help became true, and counts the operands. Returns -1 to go
+// on with argv[*first], else the exit code.
 int options_begin(const CommandHead *head, const Option *table, size_t count,
                   const bool *wants_help, int argc, char **argv, int *first);
 

@@ -5,7 +5,9 @@
 
 #include "stamp.h"
 
-enum { OUTPUT_AOVS_MAX = 16 };
+enum {
+    OUTPUT_AOVS_MAX = 16
+};
 
 // The buffers of a render, in the order of their names.
 typedef struct OutputBuffers {

@@ -11,8 +11,8 @@ typedef struct Progress {
     size_t frame, frame_count;
 } Progress;
 
-// is_alf: lines "ALF_PROGRESS nn%" on standard output. A bar is drawn on standard error when that is
-// a terminal and not is_quiet.
+// is_alf: lines "ALF_PROGRESS nn%" on standard output. A bar is drawn on standard error when that
+// is a terminal and not is_quiet.
 void progress_begin(Progress *progress, bool is_alf, bool is_quiet, size_t frame_count);
 
 // fraction of the current frame, 0 to 1.

@@ -6,9 +6,9 @@
 #include "frames.h"
 #include "messages.h"
 #include "options.h"
-#include "stage_options.h"
 #include "output.h"
 #include "progress.h"
+#include "stage_options.h"
 
 #include "cohort/stage_adapter.h"
 
@@ -52,9 +52,9 @@ typedef struct RenderRun {
 int render_options_parse(int argc, char **argv, RenderOptions *options, const char **stage);
 bool render_options_apply(const RenderOptions *options, CohortDelegate *delegate, CohortError *err);
 
-// frame.c: renders and writes one frame, and returns an exit code. SIGINT and SIGTERM end it with the
-// last complete round; SIGUSR1 writes that round and goes on. Until a render has begun, the first two put
-// up the stop flag, and end the process a second later if it is still loading.
+// frame.c: renders and writes one frame, and returns an exit code. SIGINT and SIGTERM end it with
+// the last complete round; SIGUSR1 writes that round and goes on. Until a render has begun, the
+// first two put up the stop flag, and end the process a second later if it is still loading.
 void render_catch_signals(void);
 const volatile int *render_stop_flag(void);
 void render_say_interrupted(void); // that nothing is written; safe in a signal handler

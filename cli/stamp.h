@@ -1,4 +1,5 @@
-// What goes into the header of an EXR beside the pixels: where the image comes from, and the camera.
+// What goes into the header of an EXR beside the pixels: where the image comes from, and the
+// camera.
 
 #ifndef COHORT_CLI_STAMP_H
 #define COHORT_CLI_STAMP_H
@@ -18,7 +19,9 @@ typedef struct OutputStamp {
     CohortRenderStats stats;
 } OutputStamp;
 
-enum { STAMP_ATTRIBUTES_MAX = 40 };
+enum {
+    STAMP_ATTRIBUTES_MAX = 40
+};
 
 typedef struct StampAttributes {
     CohortAttribute list[STAMP_ATTRIBUTES_MAX];

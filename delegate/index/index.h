@@ -54,13 +54,13 @@ typedef struct CoPrim {
     uint32_t id;     // of the object, light or material in the scene; INVALID before the first sync
     int32_t prim_id; // meshes
     bool is_visible;
-    bool is_nowhere; // its transform cannot be used: it is left out
-    uint32_t hidden_from; // meshes: CohortHidden bits
+    bool is_nowhere;                    // its transform cannot be used: it is left out
+    uint32_t hidden_from;               // meshes: CohortHidden bits
     double cage_center[3], cage_radius; // meshes
-    uint64_t view; // meshes: hash of the CoDicingView they were set with, 0 = none
-    bool has_geometry;   // meshes: the scene's object is set
-    size_t subset_count; // meshes: with that many subsets
-    bool is_plain;     // materials: no surface that can be rendered, meshes show displayColor
+    uint64_t view;         // meshes: hash of the CoDicingView they were set with, 0 = none
+    bool has_geometry;     // meshes: the scene's object is set
+    size_t subset_count;   // meshes: with that many subsets
+    bool is_plain;         // materials: no surface that can be rendered, meshes show displayColor
     uint64_t displacement; // materials: what displaces, see material_network.h; meshes: what the
                            // materials had that they were set with. 0 = nothing
     double transform[4][4];
@@ -90,7 +90,7 @@ struct CohortRenderIndex {
     uint32_t *mesh_places;       // primId -> place in prims
     size_t mesh_count, mesh_capacity;
     bool needs_commit;
-    bool materials_changed; // one that meshes name came or went: they must look again
+    bool materials_changed;      // one that meshes name came or went: they must look again
     CohortCameraDesc camera_set; // what the scene's camera was last set to
     bool has_camera_set;
     CoDicing dicing;

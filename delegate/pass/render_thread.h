@@ -28,8 +28,8 @@ bool co_render_thread_start(CoRenderThread *thread, CohortRender *render,
                             const CoRenderTarget *targets, size_t target_count,
                             CohortRoundFn *round_fn, void *round_cookie, CohortError *err);
 
-// Goes on with a resting render; nothing when it is done, failed, down or being dropped. Ends a stop
-// that was not waited for. Any thread but the render thread.
+// Goes on with a resting render; nothing when it is done, failed, down or being dropped. Ends a
+// stop that was not waited for. Any thread but the render thread.
 bool co_render_thread_continue(CoRenderThread *thread, CohortError *err);
 
 // Makes the thread end; blocking: waits until it rests. Any thread, but

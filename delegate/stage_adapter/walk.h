@@ -15,7 +15,7 @@ typedef struct CoOpen {
 
 typedef struct CoWalk {
     CohortAdapter *adapter;
-    CohortError *err; // never NULL
+    CohortError *err;   // never NULL
     const CoOpen *open; // the innermost
 } CoWalk;
 

@@ -24,8 +24,8 @@ CoScanStatus co_scan_number(CoScan *scan, CoNumber *out);
 // ---- The loops of large arrays -----------------------------------------------------------------
 // What follows reads from places before CoScan.safe, eight characters at once.
 
-// The digits that stand at `at`, at most eight, as values of bytes in order, the first in the lowest;
-// returns how many.
+// The digits that stand at `at`, at most eight, as values of bytes in order, the first in the
+// lowest; returns how many.
 static inline unsigned co_digits_load(const char *at, uint64_t *digits)
 {
     uint64_t word;
@@ -55,8 +55,8 @@ static inline uint64_t co_digits_value(uint64_t digits, unsigned count)
 // 1, 10 ... 10^22: the powers of ten that a double holds exactly.
 extern const double co_exact_powers[23];
 
-// Any plain decimal number at `at`; returns its end, or NULL when co_scan_number must judge it. Same
-// result as that.
+// Any plain decimal number at `at`; returns its end, or NULL when co_scan_number must judge it.
+// Same result as that.
 const char *co_number_read_any(const char *at, double *out);
 
 // The same, quick for what meshes hold: up to seven digits, a point, up to eight more.
@@ -85,7 +85,8 @@ static inline const char *co_number_read(const char *at, double *out)
     return p;
 }
 
-// A 32-bit integer at `at`; returns its end, or NULL when it is none, or has a fraction or exponent.
+// A 32-bit integer at `at`; returns its end, or NULL when it is none, or has a fraction or
+// exponent.
 static inline const char *co_integer_read(const char *at, int32_t *out)
 {
     uint64_t digits, value;

@@ -16,9 +16,9 @@ typedef struct CoArray {
     size_t count;
     unsigned char *data; // of `capacity` elements: the parser's scratch, or in the arena
     size_t capacity;
-    bool is_final;              // data is in the arena
-    const char *bulk_end;       // the text before it has been tried as a whole
-    unsigned rank, leaf_rank;   // brackets open now; at the first element (0: none yet)
+    bool is_final;             // data is in the arena
+    const char *bulk_end;      // the text before it has been tried as a whole
+    unsigned rank, leaf_rank;  // brackets open now; at the first element (0: none yet)
     size_t shape[CO_MAX_RANK]; // items of the first list at each rank, 0 until it closed
 } CoArray;
 
@@ -39,8 +39,8 @@ bool co_plain_type(const CoTypeInfo *info);
 // Moves run->at to the first element that is not plain or has no comma behind it.
 void co_plain_read(const CoTypeInfo *info, const char *safe, CoPlainRun *run);
 
-// Reads the plain elements of a long list, from the cursor on, in blocks by several threads. What it
-// leaves and where the cursor then stands does not depend on how many.
+// Reads the plain elements of a long list, from the cursor on, in blocks by several threads. What
+// it leaves and where the cursor then stands does not depend on how many.
 bool co_parse_bulk(CoParser *p, CoArray *array);
 
 #endif

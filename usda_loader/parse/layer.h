@@ -251,8 +251,8 @@ const CoField *co_spec_field(const CoSpec *spec, const char *name);
 const CoSpec *co_spec_child(const CoSpec *spec, const char *name);
 const CoSpec *co_spec_property(const CoSpec *spec, const char *name);
 
-// True if two values say the same, numbers by their bits, and two specs: name, kind, flags, fields in
-// any order and properties, but not children. Lines do not count.
+// True if two values say the same, numbers by their bits, and two specs: name, kind, flags, fields
+// in any order and properties, but not children. Lines do not count.
 bool co_value_equal(const CoValue *a, const CoValue *b);
 bool co_spec_equal(const CoSpec *a, const CoSpec *b);
 

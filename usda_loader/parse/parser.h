@@ -63,9 +63,9 @@ typedef struct CoParser {
     bool is_mapped;       // the text is a file that can be read again
     const char *released; // text whose memory was given back
     uint32_t error_count, max_errors;
-    bool stopped;    // memory or a limit is at an end, or the host's patience: no recovery
+    bool stopped;             // memory or a limit is at an end, or the host's patience: no recovery
     const volatile int *stop; // the host's
-    char *prim_path; // of the prim being parsed, without variant selections; "/" outside
+    char *prim_path;          // of the prim being parsed, without variant selections; "/" outside
     size_t prim_path_length, prim_path_capacity;
     unsigned char *scratch; // elements of the array being read
     size_t scratch_size;

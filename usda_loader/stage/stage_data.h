@@ -103,7 +103,7 @@ struct CohortStage {
     CoStack *stack;
     CohortPrim root;
     size_t prim_count;
-    uint64_t arc_count; // of all prims that were composed, not shared
+    uint64_t arc_count;        // of all prims that were composed, not shared
     CoInstanceSlot *instances; // prototypes by key, open addressing
     size_t instance_count, instance_capacity;
     CoInstanceSlot *shares; // prims whose children others may take over (share.h)

@@ -6,7 +6,6 @@
 #include "parse/layer.h"
 #include "support/files.h"
 
-
 typedef struct Reports {
     size_t count;
     uint32_t line, column; // of the first
