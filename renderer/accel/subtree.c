@@ -14,14 +14,14 @@
 enum {
     NEAR = 64,  // ranges of this size are leaves soon
     AHEAD = 32, // ids, from what is written to what is asked for
-    STEP = 4096 // bytes by which records that lie apart grow at least
+    STEP = 256  // bytes by which records that lie apart grow at least
 };
 
 // What is known of a subtree on the way. Records wait in `held` for their place.
 typedef struct Subtree {
     const CoSubtrees *in;
     CoPiece *out;
-    size_t first, dead; // prims of the range, those of them that have become leaves
+    size_t first, count, dead; // prims of the range, those of them that have become leaves
     size_t held_bytes;
     bool is_out_of_memory;
     unsigned char held[CO_RECORDS_HELD + sizeof(CoLeafShape)];
@@ -143,12 +143,16 @@ void co_wide_node_set(CoWideNode *node, int i, const CoBox *box, uint32_t ref)
     node->child[i] = ref;
 }
 
-// Room for so many bytes apart from the prims.
-static bool reserve(CoPiece *piece, size_t bytes)
+// Room for so many bytes apart from the prims. At first as much as all prims take if they take what
+// the dead ones do.
+static bool reserve(Subtree *s, size_t bytes)
 {
+    CoPiece *piece = s->out;
     if (bytes <= piece->capacity)
         return true;
-    size_t wanted = bytes + bytes / 8 + STEP;
+    size_t wanted = bytes + bytes / 8 + STEP, likely = bytes / s->dead * s->count;
+    if (!piece->capacity && wanted < likely)
+        wanted = likely;
     void *from = piece->capacity ? piece->bytes : NULL;
     unsigned char *moved = co_realloc(TAG, from, piece->capacity, wanted);
     if (!moved)
@@ -183,7 +187,7 @@ static void settle(Subtree *s, size_t most)
     CoPiece *out = s->out;
     size_t room = s->dead * sizeof(CoBuildPrim) - out->byte_count;
     if (out->capacity || (s->held_bytes > room && s->held_bytes - room > most)) {
-        s->is_out_of_memory = !reserve(out, out->byte_count + s->held_bytes);
+        s->is_out_of_memory = !reserve(s, out->byte_count + s->held_bytes);
         room = s->held_bytes;
     }
     if (s->is_out_of_memory)
@@ -281,7 +285,7 @@ static uint32_t grow(Subtree *s, const CoRange *range, CoPlan *out)
 bool co_subtree_build(const CoSubtrees *in, const CoRange *range, bool has_node, CoPiece *out)
 {
     CoPlan plan;
-    Subtree s = {.in = in, .out = out, .first = range->first};
+    Subtree s = {.in = in, .out = out, .first = range->first, .count = range->count};
     *out = (CoPiece){.bytes = (unsigned char *)(in->prims + range->first)};
     out->root = grow(&s, range, &plan);
     if (!s.is_out_of_memory)
