@@ -110,10 +110,23 @@ typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
                           const uint8_t *flags, CoHitBatch *hits, size_t begin, size_t end,
                           bool grouped, CoTraverseStats *stats);
 
+// A hit of one ray, as the arrays of a batch have it.
+typedef struct CoRayHit {
+    float t, u, v;
+    uint32_t instance, tri;
+} CoRayHit;
+
+// Goes from a hit of a ray to the next in the order of (instance path, tri) that lies at the very
+// distance of it, hit->t: what coincides with a cut-out that the ray has passed. False where there is
+// none; the hit is then left as it is. `flags`: the CohortHidden bit of what the ray is.
+typedef bool CoNextFn(const CoAccelScene *scene, CoVec3 org, CoVec3 dir, uint8_t flags,
+                      CoRayHit *hit);
+
 // Table of the kernels of one instruction set; NULL if this machine lacks it or it is masked off.
 typedef struct CoAccelKernels {
     const char *isa; // "scalar", "sse42", "avx2", "avx512"
     CoTraverseFn *traverse;
+    CoNextFn *next;
 } CoAccelKernels;
 
 // isa NULL or "" = the best that co_isa_flags() allows (simd/isa.h).

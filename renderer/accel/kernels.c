@@ -9,13 +9,13 @@
 
 #if defined(__x86_64__)
 static const CoAccelKernels table[CO_ISA_COUNT] = {
-    {"scalar", co_accel_traverse_scalar},
-    {"sse42", co_accel_traverse_sse42},
-    {"avx2", co_accel_traverse_avx2},
-    {"avx512", co_accel_traverse_avx512},
+    {"scalar", co_accel_traverse_scalar, co_accel_next_scalar},
+    {"sse42", co_accel_traverse_sse42, co_accel_next_sse42},
+    {"avx2", co_accel_traverse_avx2, co_accel_next_avx2},
+    {"avx512", co_accel_traverse_avx512, co_accel_next_avx512},
 };
 #else
-static const CoAccelKernels table[CO_ISA_COUNT] = {{"scalar", co_accel_traverse_scalar}};
+static const CoAccelKernels table[CO_ISA_COUNT] = {{"scalar", co_accel_traverse_scalar, co_accel_next_scalar}};
 #endif
 
 const CoAccelKernels *co_accel_kernels(const char *isa)

@@ -144,6 +144,9 @@ float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emi
 // to bins what is left. False with what it would need where that is not enough.
 bool co_render_fit_memory(CohortRender *render, CohortError *err);
 
+// The CohortHidden bit of rays by CoRayKind.
+uint8_t co_trace_class(uint32_t kind);
+
 // The stages.
 void co_stage_camera(CohortRender *render, size_t count);
 bool co_stage_trace(CohortRender *render, CohortError *err);

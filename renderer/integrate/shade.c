@@ -72,13 +72,27 @@ static bool is_black(CoVec3 c)
     return !(co_max3(c) > 0.0f);
 }
 
+// Whether another surface lies where the ray has met one, which comes after it: the ray meets it next,
+// see pass_ties.
+static bool has_next(const CohortRender *render, const CoRay *ray, const CoHitRecord *hit)
+{
+    CoRayHit next = {hit->t, hit->u, hit->v, hit->instance, hit->tri};
+    return render->kernels->next(&render->scene->accel, ray->org, ray->dir, co_trace_class(ray->kind),
+                                 &next);
+}
+
 // Goes on behind a surface that let the ray pass: same origin, pdf and depth, t_min past the hit.
 static void pass_through(ShadeContext *c, const CoRay *ray, const CoHitRecord *hit, CoVec3 weight,
                          CoSampleKey key)
 {
     CoRay on = *ray;
     on.tnear = hit->t;
-    on.flags |= CO_RAY_PASSED;
+    uint32_t ties = ray->flags / CO_RAY_TIED & CO_RAY_TIED_MOST;
+    on.flags = (ray->flags & (CO_RAY_TIED - 1)) | CO_RAY_PASSED;
+    if (ties < CO_RAY_TIED_MOST && has_next(c->render, ray, hit)) {
+        on.tnear = nextafterf(hit->t, 0.0f);
+        on.flags |= (ties + 1) * CO_RAY_TIED;
+    }
     on.weight = weight;
     CoRayKey rounding = ray_key(key);
     rounding.seed ^= co_hash32(hit->tri ^ co_hash32(hit->instance));

@@ -6,6 +6,14 @@
 #include "base/parallel.h"
 #include "sort/ray_sort.h"
 
+uint8_t co_trace_class(uint32_t kind)
+{
+    static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
+                                      [CO_RAY_BSDF] = COHORT_HIDDEN_FROM_INDIRECT,
+                                      [CO_RAY_LIGHT] = COHORT_HIDDEN_FROM_SHADOW};
+    return classes[kind];
+}
+
 // Light rays end at their emitter, where they start if nothing blocks it, camera rays at the far
 // clip or at the light they show: a lamp in the picture hides what is behind it, though it blocks
 // no other ray. The rest have no end.
@@ -33,9 +41,6 @@ static void bound_ray(const CohortRender *render, const uint32_t *words, uint32_
 static void prepare_rays(CohortRender *render, size_t begin, size_t end)
 {
     CoActiveBatch *b = &render->batch;
-    static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
-                                      [CO_RAY_BSDF] = COHORT_HIDDEN_FROM_INDIRECT,
-                                      [CO_RAY_LIGHT] = COHORT_HIDDEN_FROM_SHADOW};
     bool can_stop = !render->scene->has_cutouts;
     render->codes->decode(&b->records, render->sorts_rays ? b->order : NULL, render->ray_options,
                           begin, end, &b->rays);
@@ -43,9 +48,29 @@ static void prepare_rays(CohortRender *render, size_t begin, size_t end)
         const uint32_t *words = &b->records.words[(size_t)b->rays.record[i] * render->ray_words];
         uint32_t kind = co_ray_kind(words);
         bound_ray(render, words, kind, i);
-        b->flags[i] = classes[kind];
+        b->flags[i] = co_trace_class(kind);
         if (can_stop && kind == CO_RAY_LIGHT)
             b->flags[i] |= CO_TRAVERSE_OCCLUSION;
+    }
+}
+
+// Rays that have passed some of several cut-outs at one distance meet the next of them.
+static void pass_ties(const CohortRender *render, size_t begin, size_t end)
+{
+    const CoActiveBatch *b = &render->batch;
+    const CoRayBatch *rays = &b->rays;
+    for (size_t i = begin; i < end; i++) {
+        const uint32_t *words = &b->records.words[(size_t)rays->record[i] * render->ray_words];
+        CoRayHit hit = {b->hits.t[i], b->hits.u[i], b->hits.v[i], b->hits.instance[i], b->hits.tri[i]};
+        CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
+        CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
+        uint32_t left = hit.instance == COHORT_INVALID_ID ? 0 : co_ray_ties(words);
+        for (; left; left--)
+            render->kernels->next(&render->scene->accel, org, dir, b->flags[i], &hit);
+        b->hits.u[i] = hit.u;
+        b->hits.v[i] = hit.v;
+        b->hits.instance[i] = hit.instance;
+        b->hits.tri[i] = hit.tri;
     }
 }
 
@@ -62,6 +87,8 @@ static void trace_groups(void *context, size_t begin, size_t end, uint32_t worke
     prepare_rays(render, first, last);
     render->kernels->traverse(&render->scene->accel, &b->rays, b->flags, &b->hits, first, last,
                               render->groups_rays, &render->workers[worker].traverse);
+    if (render->scene->has_cutouts)
+        pass_ties(render, first, last);
     render->workers[worker].traced += last - first;
 }
 

@@ -22,8 +22,11 @@ typedef enum CoRayKind {
 enum {
     CO_RAY_FROM_SPLIT = 1, // left the vertex where the path split (sample counts n differ there)
     CO_RAY_HAS_SPLIT = 2,  // the path has passed its split vertex (this or an earlier one)
-    CO_RAY_PASSED = 8      // has passed through a cut-out; t_min counts
+    CO_RAY_PASSED = 8,     // has passed through a cut-out; t_min counts
+    CO_RAY_TIED = 16 // times how many cut-outs at one distance it has passed while others there are
+                     // left, up to CO_RAY_TIED_MOST; t_min is just before them
 };
+enum { CO_RAY_TIED_MOST = 7 };
 
 // One ray, decoded. Every consumer works on decoded values only.
 typedef struct CoRay {
@@ -77,6 +80,12 @@ static inline uint32_t co_ray_kind(const uint32_t *words)
 static inline uint32_t co_ray_path(const uint32_t *words)
 {
     return words[7];
+}
+
+// How many cut-outs at one distance a record has passed, see CO_RAY_TIED.
+static inline uint32_t co_ray_ties(const uint32_t *words)
+{
+    return words[8] >> 28 & CO_RAY_TIED_MOST;
 }
 
 // Only the emitter of a light ray's record.

@@ -435,6 +435,56 @@ static void scattered_groups_walk_alone(void **state)
     mesh_free(&part);
 }
 
+// Ten copies of a triangle in a mesh that stands twice in one place.
+static void coinciding_hits_follow_each_other(void **state)
+{
+    (void)state;
+    enum {
+        COPIES = 10
+    };
+    TestMesh mesh = mesh_soup(COPIES, 1.0f, 5);
+    for (size_t i = 9; i < 9 * COPIES; i++)
+        mesh.points[i] = mesh.points[i % 9];
+    mesh_box(&mesh);
+    TestScene s = {0};
+    const CoMat4d placement = matrix(0.6, co_vec3(1, 2, 1), co_vec3(0.1f, 0.2f, 0.3f));
+    CoInstance instances[2];
+    instances[0] = instances[1] = place(scene_add_mesh(&s, &mesh), placement);
+    instances[1].hidden_from = COHORT_HIDDEN_FROM_CAMERA;
+    scene_add_group(&s, instances, 2);
+    CoRayBatch rays = rays_alloc(64);
+    CoHitBatch hits = hits_alloc(64);
+    Random random = {9};
+    for (size_t i = 0; i < rays.count; i++) {
+        CoVec3 at = co_scale(co_add(co_add(co_vec3_load(mesh.points), co_vec3_load(mesh.points + 3)),
+                                    co_vec3_load(mesh.points + 6)), 1.0f / 3.0f);
+        CoVec3 org = random_vec3(&random, -4.0f, 4.0f);
+        ray_set(&rays, i, org, co_sub(co_affine_point(&instances[0].to_group, at), org));
+    }
+    traverse_all(&s.scene, &rays, NULL, &hits, NULL);
+    for (size_t i = 0; i < 2 * TEST_ISA_COUNT * rays.count; i++) {
+        const CoAccelKernels *kernels = co_accel_kernels(test_isas[i % TEST_ISA_COUNT]);
+        const size_t ray = i / (2 * TEST_ISA_COUNT);
+        const bool is_camera = i / TEST_ISA_COUNT % 2;
+        const CoVec3 org = co_vec3(rays.org_x[ray], rays.org_y[ray], rays.org_z[ray]);
+        const CoVec3 dir = co_vec3(rays.dir_x[ray], rays.dir_y[ray], rays.dir_z[ray]);
+        CoRayHit hit = {hits.t[ray], hits.u[ray], hits.v[ray], hits.instance[ray], hits.tri[ray]};
+        const CoRayHit first = hit;
+        assert_int_equal(hit.instance + hit.tri, 0);
+        uint32_t count = 1;
+        for (; kernels && kernels->next(&s.scene, org, dir, is_camera ? COHORT_HIDDEN_FROM_CAMERA : 0,
+                                        &hit); count++) {
+            assert_int_equal(hit.instance * COPIES + hit.tri, count);
+            assert_memory_equal(&hit, &first, 3 * sizeof(float));
+        }
+        assert_int_equal(count, !kernels ? 1 : is_camera ? COPIES : 2 * COPIES);
+    }
+    rays_free(&rays);
+    hits_free(&hits);
+    scene_clear(&s);
+    mesh_free(&mesh);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -446,6 +496,7 @@ int main(void)
         cmocka_unit_test(hidden_instances_are_not_met),
         cmocka_unit_test(nothing_is_hit_in_empty_scenes),
         cmocka_unit_test(scattered_groups_walk_alone),
+        cmocka_unit_test(coinciding_hits_follow_each_other),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

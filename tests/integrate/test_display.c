@@ -2,7 +2,7 @@
 
 #include "support/scenes.h"
 
-static const float red[3] = {1, 0, 0}, blue[3] = {0, 0, 1}, white[3] = {1, 1, 1};
+static const float red[3] = {1, 0, 0}, green[3] = {0, 1, 0}, blue[3] = {0, 0, 1}, white[3] = {1, 1, 1};
 
 // A quad with a color or none, and an opacity below 1 or none.
 static uint32_t make_quad(CohortScene *scene, const float *color, float opacity, CohortError *err)
@@ -19,6 +19,13 @@ static uint32_t make_quad(CohortScene *scene, const float *color, float opacity,
     desc.primvars = primvars;
     desc.primvar_count = count;
     return test_mesh(scene, &desc, err);
+}
+
+// What one place covers another with, to the last bit.
+static CohortInstanceDesc place_quad(CohortScene *scene, const float *color, float opacity,
+                                     CohortError *err)
+{
+    return test_place(make_quad(scene, color, opacity, err), 0, 0, 0, 1);
 }
 
 // The mean of what a camera at height 2 sees of the scene, but for the lights.
@@ -59,6 +66,30 @@ static void opacity_lets_rays_through(void **state)
     assert_float_equal(mean[3], 0.25, 0.01);
     assert_float_equal(mean[0], 0.25, 0.01); // red 1 under a dome of 1
     assert_float_equal(mean[1], 0.0, 1e-6);
+}
+
+// Films that lie on a wall, and on each other, hide neither it nor each other.
+static void what_lies_where_a_cutout_does_is_met(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    float mean[4];
+    for (int order = 0; order < 2; order++) {
+        CohortScene *scene = test_scene(&err);
+        CohortInstanceDesc places[4] = {
+            place_quad(scene, red, 0.25f, &err), place_quad(scene, green, 0.5f, &err),
+            place_quad(scene, green, 0.5f, &err), place_quad(scene, blue, 1.0f, &err)};
+        if (order) {
+            CohortInstanceDesc first = places[0];
+            places[0] = places[2];
+            places[2] = first;
+        }
+        look(scene, places, 4, COHORT_LIGHT_DOME, mean);
+        assert_float_equal(mean[0], order ? 0.0625 : 0.25, 0.02);
+        assert_float_equal(mean[1], order ? 0.75 : 0.5625, 0.02);
+        assert_float_equal(mean[2], 0.1875, 0.02);
+        assert_float_equal(mean[3], 1.0, 1e-6);
+    }
 }
 
 // A pane behind the camera stands between the floor and the sun.
@@ -102,6 +133,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(opacity_lets_rays_through),
+        cmocka_unit_test(what_lies_where_a_cutout_does_is_met),
         cmocka_unit_test(shadows_are_as_thin),
         cmocka_unit_test(a_placements_color_may_yield),
     };

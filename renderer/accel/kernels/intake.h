@@ -135,6 +135,7 @@ static inline void open_group(Group *group, const CoAccelScene *scene, const uin
     group->scene = scene;
     group->flags = flags;
     group->stats = stats;
+    group->after = NULL;
     group->found = 0;
     group->occlusion = 0;
     stats->groups++;

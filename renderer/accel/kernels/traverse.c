@@ -28,6 +28,7 @@ typedef struct Group {
     float best_path[CO_GROUP_RAYS], best_tri[CO_GROUP_RAYS]; // numbers, see id_lane
     uint64_t found, occlusion;                               // one bit per slot
     const uint8_t *flags;                                    // by slot, or NULL
+    const CoRayHit *after; // of a single ray: hits up to this one do not count; NULL: all do
 } Group;
 
 #include "accel/kernels/options.h"
@@ -81,12 +82,17 @@ static inline bool is_within_ray(const Group *group, uint32_t slot, float t)
     return t > start_of(group, slot) && t <= group->best_t[slot];
 }
 
+static inline bool is_after(const Hit *hit, const CoRayHit *after)
+{
+    return hit->path > after->instance || (hit->path == after->instance && hit->tri > after->tri);
+}
+
 // Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now, before
 // that is known to the last bit. Returns true when the ray needs no more.
 static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float exit, float *to)
 {
     float best = group->best_t[slot];
-    if (!is_within_ray(group, slot, hit->at.t))
+    if (!is_within_ray(group, slot, hit->at.t) || (group->after && !is_after(hit, group->after)))
         return false;
     // Before the first hit best is tfar with ids 0, which no tie is below.
     if (hit->at.t == best && (hit->path > lane_id(group->best_path[slot]) ||
@@ -411,3 +417,54 @@ void CO_LANE_NAME(co_accel_traverse)(const CoAccelScene *scene, const CoRayBatch
         trace_run(scene, rays, flags, hits, i, count, grouped, stats);
     }
 }
+
+#ifndef co_accel_traverse // benchmarks rename it, and ask for nothing else
+// The neighbors of a distance above 0, along with 0 and infinity.
+static inline float neighbor(float t, int step)
+{
+    union {
+        float f;
+        int32_t i;
+    } bits = {t};
+    bits.i += step;
+    return bits.f;
+}
+
+// A group of the one ray: by what a group of many would do to it.
+static bool next_of_ray(Group *group, const CoAccelScene *scene, Ray *ray)
+{
+    const CoObject *root = &scene->objects[scene->root];
+    if (!root->top || is_empty(root))
+        return false;
+    const Walk walk = walk_of(root, 0);
+    const bool is_tight = root->top->is_in_place && ray_is_plain(ray);
+    if (!ray_prepare(ray, &walk.tree->box, is_tight ? 0.0f : CO_TRANSFORM_SLACK))
+        return false;
+    walk_single(group, ray, &walk, is_tight);
+    return group->found;
+}
+
+bool CO_LANE_NAME(co_accel_next)(const CoAccelScene *scene, CoVec3 org, CoVec3 dir, uint8_t flags,
+                                 CoRayHit *hit)
+{
+    float inverse, scale = direction_scale(dir.x, dir.y, dir.z, &inverse);
+    if (!(hit->t > 0.0f && hit->t < INFINITE) || scale == 0.0f)
+        return false;
+    CoTraverseStats ignored = {0};
+    Group group;
+    open_group(&group, scene, &flags, &ignored);
+    group.after = hit;
+    Ray ray = {.org = {org.x, org.y, org.z, 0.0f},
+               .dir = {dir.x * scale, dir.y * scale, dir.z * scale, 0.0f},
+               .entry = -INFINITE,
+               .exit = INFINITE};
+    ray.from = group.tnear[0] = neighbor(hit->t, -1) * inverse;
+    ray.to = group.best_t[0] = neighbor(hit->t, 1) * inverse;
+    group.best_path[0] = group.best_tri[0] = id_lane(0);
+    if (!next_of_ray(&group, scene, &ray))
+        return false;
+    *hit = (CoRayHit){group.best_t[0] * scale, group.best_u[0], group.best_v[0],
+                      lane_id(group.best_path[0]), lane_id(group.best_tri[0])};
+    return true;
+}
+#endif

@@ -10,4 +10,9 @@ CoTraverseFn co_accel_traverse_sse42;
 CoTraverseFn co_accel_traverse_avx2;
 CoTraverseFn co_accel_traverse_avx512;
 
+CoNextFn co_accel_next_scalar;
+CoNextFn co_accel_next_sse42;
+CoNextFn co_accel_next_avx2;
+CoNextFn co_accel_next_avx512;
+
 #endif
