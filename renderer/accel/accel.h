@@ -50,7 +50,9 @@ typedef struct CoInstance {
 
 typedef struct CoTop CoTop; // BVH over the instances of one group
 
-enum { CO_GROUP_DEPTH_MAX = 8 }; // groups within groups, the root counted
+enum {
+    CO_GROUP_DEPTH_MAX = 8
+}; // groups within groups, the root counted
 
 // What an object id stands for; arrays indexed by object id.
 typedef struct CoObject {
@@ -95,7 +97,9 @@ typedef struct CoTraverseStats {
     uint64_t invalid; // rays rejected, see CoTraverseFn
 } CoTraverseStats;
 
-enum { CO_TRAVERSE_OCCLUSION = 1 };
+enum {
+    CO_TRAVERSE_OCCLUSION = 1
+};
 
 // Traverses rays [begin, end) of a batch as groups of 64 and fills hits [begin, end).
 // A hit lies strictly inside the ray: tnear < t < tfar. hit.t is in units of the length of dir,
@@ -106,9 +110,9 @@ enum { CO_TRAVERSE_OCCLUSION = 1 };
 // COHORT_INVALID_ID for both ids (which blocker is met first is no property of the ray); NULL =
 // none, and nothing is hidden. grouped: false = ray by ray. Same hits either way, bit for bit. Rays
 // with a NaN anywhere, an infinite origin or direction or a zero direction are invalid: t = NAN.
-typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays,
-                          const uint8_t *flags, CoHitBatch *hits, size_t begin, size_t end,
-                          bool grouped, CoTraverseStats *stats);
+typedef void CoTraverseFn(const CoAccelScene *scene, const CoRayBatch *rays, const uint8_t *flags,
+                          CoHitBatch *hits, size_t begin, size_t end, bool grouped,
+                          CoTraverseStats *stats);
 
 // A hit of one ray, as the arrays of a batch have it.
 typedef struct CoRayHit {
@@ -117,8 +121,8 @@ typedef struct CoRayHit {
 } CoRayHit;
 
 // Goes from a hit of a ray to the next in the order of (instance path, tri) that lies at the very
-// distance of it, hit->t: what coincides with a cut-out that the ray has passed. False where there is
-// none; the hit is then left as it is. `flags`: the CohortHidden bit of what the ray is.
+// distance of it, hit->t: what coincides with a cut-out that the ray has passed. False where there
+// is none; the hit is then left as it is. `flags`: the CohortHidden bit of what the ray is.
 typedef bool CoNextFn(const CoAccelScene *scene, CoVec3 org, CoVec3 dir, uint8_t flags,
                       CoRayHit *hit);
 
@@ -134,8 +138,8 @@ const CoAccelKernels *co_accel_kernels(const char *isa);
 
 // An instance path resolved: the mesh and the transforms along the way.
 typedef struct CoPlacement {
-    uint32_t object;              // the mesh's object id
-    CoAffine to_world, to_object; // product over the path (render frame)
+    uint32_t object;                    // the mesh's object id
+    CoAffine to_world, to_object;       // product over the path (render frame)
     uint32_t chain[CO_GROUP_DEPTH_MAX]; // instance index at each level, root first
     uint32_t chain_length;
 } CoPlacement;

@@ -15,7 +15,8 @@ static const CoAccelKernels table[CO_ISA_COUNT] = {
     {"avx512", co_accel_traverse_avx512, co_accel_next_avx512},
 };
 #else
-static const CoAccelKernels table[CO_ISA_COUNT] = {{"scalar", co_accel_traverse_scalar, co_accel_next_scalar}};
+static const CoAccelKernels table[CO_ISA_COUNT] = {
+    {"scalar", co_accel_traverse_scalar, co_accel_next_scalar}};
 #endif
 
 const CoAccelKernels *co_accel_kernels(const char *isa)

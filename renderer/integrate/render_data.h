@@ -19,7 +19,9 @@
 
 #include <stdatomic.h>
 
-enum { CO_GROUP_RAYS = 64 };
+enum {
+    CO_GROUP_RAYS = 64
+};
 
 // Per-worker counters, summed by the round; apart by a cache line.
 typedef struct CoWorkerCounts {
@@ -44,9 +46,9 @@ typedef struct CoActiveBatch {
     uint32_t *order; // [capacity] of the records, where rays are sorted
     CoRayBatch rays;
     CoHitBatch hits;
-    uint8_t *flags;           // [capacity] of co_traverse
-    CoHitRecord *hit_records; // [capacity], in ray order, then in shading order
-    CoHitRecord *hit_sorted;  // [capacity]
+    uint8_t *flags;                             // [capacity] of co_traverse
+    CoHitRecord *hit_records;                   // [capacity], in ray order, then in shading order
+    CoHitRecord *hit_sorted;                    // [capacity]
     uint32_t *hit_object, *hit_tri, *hit_order; // [capacity] keys and result of the hit sort
     CoSortScratch sort_scratch;
     size_t hit_count;
@@ -75,7 +77,7 @@ struct CohortRender {
     bool groups_rays; // traverses 64 at a time; else ray by ray, as the unsorted modes do
     uint32_t pixels;
     uint64_t bin_memory; // bytes that bins may take before they go to disk
-    char *scratch; // kept copy of settings.scratch_folder, NULL = default
+    char *scratch;       // kept copy of settings.scratch_folder, NULL = default
 
     // The open round.
     uint64_t samples_done;  // per pixel, complete rounds
@@ -140,8 +142,8 @@ float co_camera_light_distance(const CohortRender *render, CoVec3 org, CoVec3 di
 // MIS weight of emission met by a BSDF ray, or 1 where no light sample competed.
 float co_mis_emission(const CohortRender *render, const CoRay *ray, uint32_t emitter);
 
-// Brings the batch and what textures may keep down until the render fits settings.memory, and leaves
-// to bins what is left. False with what it would need where that is not enough.
+// Brings the batch and what textures may keep down until the render fits settings.memory, and
+// leaves to bins what is left. False with what it would need where that is not enough.
 bool co_render_fit_memory(CohortRender *render, CohortError *err);
 
 // The CohortHidden bit of rays by CoRayKind.

@@ -72,13 +72,13 @@ static bool is_black(CoVec3 c)
     return !(co_max3(c) > 0.0f);
 }
 
-// Whether another surface lies where the ray has met one, which comes after it: the ray meets it next,
-// see pass_ties.
+// Whether another surface lies where the ray has met one, which comes after it: the ray meets it
+// next, see pass_ties.
 static bool has_next(const CohortRender *render, const CoRay *ray, const CoHitRecord *hit)
 {
     CoRayHit next = {hit->t, hit->u, hit->v, hit->instance, hit->tri};
-    return render->kernels->next(&render->scene->accel, ray->org, ray->dir, co_trace_class(ray->kind),
-                                 &next);
+    return render->kernels->next(&render->scene->accel, ray->org, ray->dir,
+                                 co_trace_class(ray->kind), &next);
 }
 
 // Goes on behind a surface that let the ray pass: same origin, pdf and depth, t_min past the hit.

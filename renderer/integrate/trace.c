@@ -61,7 +61,8 @@ static void pass_ties(const CohortRender *render, size_t begin, size_t end)
     const CoRayBatch *rays = &b->rays;
     for (size_t i = begin; i < end; i++) {
         const uint32_t *words = &b->records.words[(size_t)rays->record[i] * render->ray_words];
-        CoRayHit hit = {b->hits.t[i], b->hits.u[i], b->hits.v[i], b->hits.instance[i], b->hits.tri[i]};
+        CoRayHit hit = {b->hits.t[i], b->hits.u[i], b->hits.v[i], b->hits.instance[i],
+                        b->hits.tri[i]};
         CoVec3 org = co_vec3(rays->org_x[i], rays->org_y[i], rays->org_z[i]);
         CoVec3 dir = co_vec3(rays->dir_x[i], rays->dir_y[i], rays->dir_z[i]);
         uint32_t left = hit.instance == COHORT_INVALID_ID ? 0 : co_ray_ties(words);

@@ -26,7 +26,9 @@ enum {
     CO_RAY_TIED = 16 // times how many cut-outs at one distance it has passed while others there are
                      // left, up to CO_RAY_TIED_MOST; t_min is just before them
 };
-enum { CO_RAY_TIED_MOST = 7 };
+enum {
+    CO_RAY_TIED_MOST = 7
+};
 
 // One ray, decoded. Every consumer works on decoded values only.
 typedef struct CoRay {
@@ -42,9 +44,10 @@ typedef struct CoRay {
     uint32_t branch;      // which BSDF ray of the split this path follows
     float width, spread;  // footprint: width at the origin (scene units), growth per unit length
     uint32_t flags;
-    uint32_t extra; // index into the scene's interned table (optional word)
+    uint32_t extra;   // index into the scene's interned table (optional word)
     uint32_t code[2]; // of dir, from co_ray_snap_direction or a decode; 0 = to be found from dir
-    uint32_t normal_code; // of normal, from co_ray_snap_normal or a decode; 0 = to be found from normal
+    uint32_t
+        normal_code; // of normal, from co_ray_snap_normal or a decode; 0 = to be found from normal
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
@@ -97,7 +100,8 @@ static inline uint32_t co_ray_emitter(const uint32_t *words)
 // Only the direction of a record.
 CoVec3 co_ray_decode_direction(const uint32_t *words);
 
-// What shading asks of a record: all but the origin, direction, pdf and normal; *out has zeros there.
+// What shading asks of a record: all but the origin, direction, pdf and normal; *out has zeros
+// there.
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 
 // What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
@@ -105,9 +109,10 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 CoVec3 co_ray_quantize_direction(CoVec3 dir);
 float co_ray_quantize_pdf(float pdf);
 
-// The code of the decoded direction next to `dir`, for CoRay.code, which saves the encoder the search
-// for it. Not always that of the one that co_ray_quantize_direction gives: several directions of the
-// grid round to the same three floats, and this takes the one nearest to dir. 0: no direction.
+// The code of the decoded direction next to `dir`, for CoRay.code, which saves the encoder the
+// search for it. Not always that of the one that co_ray_quantize_direction gives: several
+// directions of the grid round to the same three floats, and this takes the one nearest to dir. 0:
+// no direction.
 static inline CoOct co_ray_nearest_code(CoVec3 dir, uint32_t code[2])
 {
     CoOct nearest;

@@ -345,7 +345,9 @@ static void nothing_is_hit_in_empty_scenes(void **state)
 static void hidden_instances_are_not_met(void **state)
 {
     (void)state;
-    enum { RAYS = 3000 };
+    enum {
+        RAYS = 3000
+    };
     TestMesh near = mesh_soup(200, 0.5f, 5), far = mesh_soup(300, 0.5f, 6);
     const uint32_t all = COHORT_HIDDEN_FROM_CAMERA | COHORT_HIDDEN_FROM_SHADOW;
     CoHitBatch hits[3];
@@ -380,7 +382,8 @@ static void hidden_instances_are_not_met(void **state)
                 assert_true(same_bits(&hits[0].t[i], &hits[k].t[i], 1));
                 assert_int_equal(hits[0].instance[i], hits[k].instance[i]);
             } else if (hits[k].instance[i] != COHORT_INVALID_ID) {
-                assert_int_equal(hits[k].instance[i], k); // path 0: hidden; 1: in the group; 2: beside it
+                assert_int_equal(hits[k].instance[i],
+                                 k); // path 0: hidden; 1: in the group; 2: beside it
             }
         }
         missed += !is_seeing && hits[0].instance[i] == 0;
@@ -456,8 +459,10 @@ static void coinciding_hits_follow_each_other(void **state)
     CoHitBatch hits = hits_alloc(64);
     Random random = {9};
     for (size_t i = 0; i < rays.count; i++) {
-        CoVec3 at = co_scale(co_add(co_add(co_vec3_load(mesh.points), co_vec3_load(mesh.points + 3)),
-                                    co_vec3_load(mesh.points + 6)), 1.0f / 3.0f);
+        CoVec3 at =
+            co_scale(co_add(co_add(co_vec3_load(mesh.points), co_vec3_load(mesh.points + 3)),
+                            co_vec3_load(mesh.points + 6)),
+                     1.0f / 3.0f);
         CoVec3 org = random_vec3(&random, -4.0f, 4.0f);
         ray_set(&rays, i, org, co_sub(co_affine_point(&instances[0].to_group, at), org));
     }
@@ -472,8 +477,9 @@ static void coinciding_hits_follow_each_other(void **state)
         const CoRayHit first = hit;
         assert_int_equal(hit.instance + hit.tri, 0);
         uint32_t count = 1;
-        for (; kernels && kernels->next(&s.scene, org, dir, is_camera ? COHORT_HIDDEN_FROM_CAMERA : 0,
-                                        &hit); count++) {
+        for (; kernels &&
+               kernels->next(&s.scene, org, dir, is_camera ? COHORT_HIDDEN_FROM_CAMERA : 0, &hit);
+             count++) {
             assert_int_equal(hit.instance * COPIES + hit.tri, count);
             assert_memory_equal(&hit, &first, 3 * sizeof(float));
         }

@@ -2,7 +2,8 @@
 
 #include "support/scenes.h"
 
-static const float red[3] = {1, 0, 0}, green[3] = {0, 1, 0}, blue[3] = {0, 0, 1}, white[3] = {1, 1, 1};
+static const float red[3] = {1, 0, 0}, green[3] = {0, 1, 0}, blue[3] = {0, 0, 1},
+                   white[3] = {1, 1, 1};
 
 // A quad with a color or none, and an opacity below 1 or none.
 static uint32_t make_quad(CohortScene *scene, const float *color, float opacity, CohortError *err)
