@@ -29,7 +29,7 @@ enum {
     SAMPLE = 512,  // boxes that others are held against
     COUNTED = 8,   // of a crowd, one triangle of so many tells what cuts would save
     DEEPEST = 24,  // cuts within each other
-    CORNERS = 3 + DEEPEST,
+    CORNERS = 32,  // of what is left of a triangle, mostly 9 at most
     STEP_BITS = 3, // cuts are counted by what they save, in 8 steps to each power of two
     STEPS = 32 << STEP_BITS
 };
@@ -63,7 +63,7 @@ typedef struct Cutter {
     const Shards *all;
     Block *block;
     uint32_t id;
-    CoFour rounding; // of a cut, by axis
+    CoFour rounding;   // of a cut, by axis
     CoBuildPrim *next; // where a shard goes, or NULL: cuts are counted
     bool is_cut;       // once at least
 } Cutter;
@@ -143,14 +143,15 @@ static inline __attribute__((always_inline)) void cut_corners(const Shard *shard
     halves[1].count = right;
 }
 
-// Through the middle of the longest side. False when floats have none.
+// Through the middle of the longest side. False when floats have none, or rounding has bent the
+// outline so often that a corner more on each edge is too many.
 static bool cut(const Shard *shard, CoFour rounding, Shard halves[2])
 {
     CoFour lo = shard->lo, hi = shard->hi, middle = 0.5f * lo + 0.5f * hi, size = hi - lo;
     CoFourBits is_between = (lo < middle) & (middle < hi);
     int axis = size[2] > size[1] ? 2 : 1;
     axis = size[axis] > size[0] ? axis : 0;
-    if (!is_between[axis])
+    if (!is_between[axis] || 2 * shard->count >= CORNERS)
         return false;
     if (axis == 0)
         cut_corners(shard, 0, middle[0], halves);
@@ -326,8 +327,8 @@ static uint64_t count_met(const BoxSample *sample, const CoBuildPrim *prim)
 }
 
 // Of half as many random pairs as there are boxes, how many meet? That is half of how many others a
-// box meets: 7 to 15 in a closed surface, 30 among splinters 30 times as long as wide, hundreds among
-// turned ones. Large boxes are not asked, which are cut in any case.
+// box meets: 7 to 15 in a closed surface, 30 among splinters 30 times as long as wide, hundreds
+// among turned ones. Large boxes are not asked, which are cut in any case.
 static bool is_crowded(const CoPrimArray *prims, float largest)
 {
     BoxSample sample;

@@ -3,19 +3,19 @@
 //
 // A leaf keeps whole triangles, so a test of one gives the same hit in any of them. No hit is lost
 // at a cut. The point where a kernel finds a triangle is off it by the rounding of its sheared
-// corners, 6 units of 2^-24 of the distance to the far side of the mesh, and of t, 4 more; slabs are
-// padded by 16, of which their own rounding takes 3 (kernels/one_ray.h: by a distance to the mesh,
-// so that it does not matter how small a box is or how far from the triangle's corners). The nearest
-// point of the triangle itself lies in one of its shards, as these cover it; hence the hit lies in
-// that shard's padded box, t within its slab, and no node above it is culled before t. Where the
-// triangle is cut, and how often, hits do not depend on.
+// corners, 6 units of 2^-24 of the distance to the far side of the mesh, and of t, 4 more; slabs
+// are padded by 16, of which their own rounding takes 3 (kernels/one_ray.h: by a distance to the
+// mesh, so that it does not matter how small a box is or how far from the triangle's corners). The
+// nearest point of the triangle itself lies in one of its shards, as these cover it; hence the hit
+// lies in that shard's padded box, t within its slab, and no node above it is culled before t.
+// Where the triangle is cut, and how often, hits do not depend on.
 //
 // A refit would give leaves the boxes of whole triangles, for which the tree is no good: it is
 // refused.
 //
-// Source: Ernst, Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; a budget that
-// goes where it saves most: Karras, Aila 2013, "Fast Parallel Construction of High-Quality Bounding
-// Volume Hierarchies", 5. Private to the builder.
+// Source: Ernst, Greiner 2007, "Early Split Clipping for Bounding Volume Hierarchies"; a budget
+// that goes where it saves most: Karras, Aila 2013, "Fast Parallel Construction of High-Quality
+// Bounding Volume Hierarchies", 5. Private to the builder.
 
 #ifndef CO_ACCEL_SHARDS_H
 #define CO_ACCEL_SHARDS_H

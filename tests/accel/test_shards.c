@@ -2,7 +2,6 @@
 
 #include "accel/shards.h"
 
-#include "accel/node.h"
 #include "accel_scene.h"
 #include "base/parallel.h"
 
@@ -92,8 +91,8 @@ static bool holds(const CoBuildPrim *prim, const double p[3], double slack)
 {
     bool is_within = true;
     for (int k = 0; k < 3; k++)
-        is_within = is_within && p[k] >= (double)prim->lo[k] - slack &&
-                    p[k] <= (double)prim->hi[k] + slack;
+        is_within =
+            is_within && p[k] >= (double)prim->lo[k] - slack && p[k] <= (double)prim->hi[k] + slack;
     return is_within;
 }
 

@@ -135,10 +135,12 @@ static void count_visits(const char *title, CoMesh mesh, Random *random)
         co_accel_kernels(NULL)->traverse(&scene, &rays, NULL, &hits, 0, VISITS, false, &stats);
         least = fmin(least, bench_seconds(CLOCK_THREAD_CPUTIME_ID) - start);
     }
-    printf("  %-9s %9u triangles: %6.2f nodes, %6.2f triangle tests, %.0f ns per ray, %.1f bytes per "
-           "triangle\n",
-           title, mesh.tri_count, (double)stats.bottom_nodes / VISITS, (double)stats.triangles / VISITS,
-           1e9 * least / VISITS, (double)co_bvh_bytes(objects[0].bvh) / mesh.tri_count);
+    printf(
+        "  %-9s %9u triangles: %6.2f nodes, %6.2f triangle tests, %.0f ns per ray, %.1f bytes per "
+        "triangle\n",
+        title, mesh.tri_count, (double)stats.bottom_nodes / VISITS,
+        (double)stats.triangles / VISITS, 1e9 * least / VISITS,
+        (double)co_bvh_bytes(objects[0].bvh) / mesh.tri_count);
     fflush(stdout);
     co_top_destroy((CoTop *)(uintptr_t)objects[1].top);
     co_bvh_destroy((CoBvh *)(uintptr_t)objects[0].bvh);
