@@ -180,6 +180,9 @@ static void group_box(const CohortScene *scene, const CoSceneObject *object, dou
     }
 }
 
+// Beyond, what rays add up to is no float.
+#define REACH 8e37
+
 // Center of the box, rounded to a power-of-two grid about as coarse as the scene: what is
 // subtracted is then exact in double and does not move when the scene changes a little.
 static void choose_frame(CohortScene *scene)
@@ -192,9 +195,15 @@ static void choose_frame(CohortScene *scene)
     int exponent = 0; // of the least power of two that is not below the size
     if (size > 0.0 && isfinite(size) && frexp(size, &exponent) == 0.5)
         exponent--;
-    double grid = ldexp(1.0, exponent);
-    for (int k = 0; k < 3; k++)
+    double grid = ldexp(1.0, exponent), farthest = 0.0;
+    for (int k = 0; k < 3; k++) {
         scene->frame[k] = scene->has_box ? grid * round(0.5 * (box[k] + box[k + 3]) / grid) : 0.0;
+        for (int side = 0; side < 6 && scene->has_box; side += 3)
+            farthest = fmax(farthest, fabs(box[k + side] - scene->frame[k]));
+    }
+    if (farthest > REACH)
+        co_scene_warn(scene, COHORT_SEVERITY_WARNING, "",
+                      "the scene reaches farther than 8e37 from its middle: rays go wrong there");
 }
 
 static bool commit_group(CohortScene *scene, uint32_t id, CohortError *err)
@@ -378,6 +387,8 @@ bool co_scene_commit_camera(CohortScene *scene, CohortError *err)
     out->origin = co_vec3((float)(desc->transform[3][0] - scene->frame[0]),
                           (float)(desc->transform[3][1] - scene->frame[1]),
                           (float)(desc->transform[3][2] - scene->frame[2]));
+    CO_CHECK(co_is_finite3(out->origin), err, COHORT_ERROR_SCENE,
+             "the camera is farther from the scene than numbers go");
     // A scaled camera sees what it would see unscaled in a scene scaled the other way.
     for (int i = 0; i < 4; i++)
         out->window[i] = desc->window[i] * scale[i / 2] / (desc->orthographic ? 1.0 : scale[2]);

@@ -74,11 +74,36 @@ static void placements_out_of_reach_are_left_out(void **state)
     }
 }
 
+// A scene too wide for rays, and a camera that has no place, are named.
+static void scenes_out_of_reach_are_named(void **state)
+{
+    (void)state;
+    static const double far[] = {1e30, 3e37, 1.7e38};
+    for (size_t i = 0; i < 3; i++) {
+        CohortError err = {0};
+        CohortScene *scene = test_scene(&err);
+        uint32_t glow = test_matte(scene, 0.0f, 0.5f, &err);
+        uint32_t object = test_quads(scene, points, 4, indices, 1, white, glow, &err);
+        const CohortInstanceDesc places[2] = {test_place(object, 0, 0, 0, 1),
+                                              test_place(object, 2 * far[i], 0, 0, 1)};
+        TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);
+        test_camera(scene, far[i], 0, 5, 1, &err);
+        TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
+        const CohortDiagnostic *warnings;
+        assert_int_equal(cohort_scene_warnings(scene, &warnings), i >= 2);
+        test_camera(scene, 0, 0, 1e39, 1, &err);
+        assert_false(cohort_scene_commit(scene, NULL, &err));
+        assert_int_equal(err.code, COHORT_ERROR_SCENE);
+        cohort_scene_destroy(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stopped_commit_goes_on),
         cmocka_unit_test(placements_out_of_reach_are_left_out),
+        cmocka_unit_test(scenes_out_of_reach_are_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
