@@ -11,7 +11,7 @@
 
 // Recursion ends here; a walk has a frame per level.
 enum {
-    DEPTH_MAX = 4096
+    DEPTH_MAX = 1024
 };
 
 static bool measure(CohortScene *scene, uint32_t id, uint32_t depth, CohortError *err)
