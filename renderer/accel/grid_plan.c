@@ -45,10 +45,11 @@
 // ---- Blocks ------------------------------------------------------------------------------------
 
 // clang-format off
-#define ROW2(F, m, i, j) F(m, i, j), F(m, i + 1, j)
-#define ROW3(F, m, i, j) ROW2(F, m, i, j), F(m, i + 2, j)
-#define ROW4(F, m, i, j) ROW3(F, m, i, j), F(m, i + 3, j)
-#define ROW5(F, m, i, j) ROW4(F, m, i, j), F(m, i + 4, j)
+#define BYTE(F, m, i, j) (uint8_t)(F(m, i, j))
+#define ROW2(F, m, i, j) BYTE(F, m, i, j), BYTE(F, m, i + 1, j)
+#define ROW3(F, m, i, j) ROW2(F, m, i, j), BYTE(F, m, i + 2, j)
+#define ROW4(F, m, i, j) ROW3(F, m, i, j), BYTE(F, m, i + 3, j)
+#define ROW5(F, m, i, j) ROW4(F, m, i, j), BYTE(F, m, i + 4, j)
 #define ROWS3(F, m) {ROW3(F, m, 0, 0), ROW3(F, m, 0, 1), ROW3(F, m, 0, 2)}
 #define ROWS5(F, m, i, j) {ROW5(F, m, i, j), ROW5(F, m, i, j + 1), ROW5(F, m, i, j + 2)}
 
@@ -72,10 +73,12 @@ static const CoGridPlan quads_3[] = {
     QUAD_PLAN(8, 0, 4), QUAD_PLAN(8, 4, 4), QUAD_PLAN(8, 0, 6), QUAD_PLAN(8, 4, 6)};
 
 // By patch of the face.
-#define FOLD3(F, m, k, j) F(m, k, 0, j), F(m, k, 1, j), F(m, k, 2, j)
+#define FOLD_BYTE(F, m, k, i, j) (uint8_t)(F(m, k, i, j))
+#define FOLD3(F, m, k, j) \
+    FOLD_BYTE(F, m, k, 0, j), FOLD_BYTE(F, m, k, 1, j), FOLD_BYTE(F, m, k, 2, j)
 #define FOLDS3(F, m, k) {FOLD3(F, m, k, 0), FOLD3(F, m, k, 1), FOLD3(F, m, k, 2)}
-#define FOLD5(F, m, k, i, j) F(m, k, i, j), F(m, k, i + 1, j), F(m, k, i + 2, j), \
-    F(m, k, i + 3, j), F(m, k, i + 4, j)
+#define FOLD5(F, m, k, i, j) FOLD_BYTE(F, m, k, i, j), FOLD_BYTE(F, m, k, i + 1, j), \
+    FOLD_BYTE(F, m, k, i + 2, j), FOLD_BYTE(F, m, k, i + 3, j), FOLD_BYTE(F, m, k, i + 4, j)
 #define FOLDS5(F, m, k, i, j) {FOLD5(F, m, k, i, j), FOLD5(F, m, k, i, j + 1), \
     FOLD5(F, m, k, i, j + 2)}
 #define SMALL_FOLD_PLAN(k) \
@@ -93,16 +96,16 @@ static const CoGridPlan folds_3[] = {FOLD_TILE(0), FOLD_TILE(1), FOLD_TILE(2)};
 
 // 4 triangles over 6 points, row by row, in a block of two patches.
 static const CoGridPlan triangles_1[] = {
-    {{ROW3(TRI_WORD, 2, 0, 0), ROW2(TRI_WORD, 2, 1, 1), TRI_WORD(2, 2, 2)},
-     {ROW3(TRI_STEP, 2, 0, 0), ROW2(TRI_STEP, 2, 1, 1), TRI_STEP(2, 2, 2)},
+    {{ROW3(TRI_WORD, 2, 0, 0), ROW2(TRI_WORD, 2, 1, 1), BYTE(TRI_WORD, 2, 2, 2)},
+     {ROW3(TRI_STEP, 2, 0, 0), ROW2(TRI_STEP, 2, 1, 1), BYTE(TRI_STEP, 2, 2, 2)},
      {0x10, 0x31, 0x98, 0xb9, 0x41, 0x42, 0xc9, 0xca, 0x33, 0x54, 0xbb, 0xdc}, 0, 4, 8, 0, 0xff,
      {0}}};
 // 16 triangles over 15 points.
 static const CoGridPlan triangles_2[] = {
     {{ROW5(TRI_WORD, 4, 0, 0), ROW4(TRI_WORD, 4, 1, 1), ROW3(TRI_WORD, 4, 2, 2),
-      ROW2(TRI_WORD, 4, 3, 3), TRI_WORD(4, 4, 4)},
+      ROW2(TRI_WORD, 4, 3, 3), BYTE(TRI_WORD, 4, 4, 4)},
      {ROW5(TRI_STEP, 4, 0, 0), ROW4(TRI_STEP, 4, 1, 1), ROW3(TRI_STEP, 4, 2, 2),
-      ROW2(TRI_STEP, 4, 3, 3), TRI_STEP(4, 4, 4)},
+      ROW2(TRI_STEP, 4, 3, 3), BYTE(TRI_STEP, 4, 4, 4)},
      {0x10, 0x21, 0x32, 0x53, 0x66, 0x77, 0xa9, 0xca, 0x61, 0x72, 0x83, 0x64,
       0x7a, 0x8b, 0xda, 0xdb, 0x55, 0x66, 0x77, 0x98, 0xa9, 0xba, 0xcc, 0xed},
      0, 8, 16, 0, 0xffff, {0}}};

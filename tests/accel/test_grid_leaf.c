@@ -255,16 +255,16 @@ static void faces_and_trees_are_small(void **state)
             quads.level = level;
             add_creases(&quads, side, creases);
             const double *even = creases == HALF ? half_quads : asked;
-            assert_true(measure(&quads, "quads", creases) <= even[level]);
+            assert_true(measure(&quads, "quads", (int)creases) <= even[level]);
             // Surfaces where creases end take long.
             const int32_t fewer = creases == HALF && side > 40 ? 40 : side;
             CohortMeshDesc triangles = closed_desc(fewer, true);
             triangles.level = level;
             add_creases(&triangles, fewer, creases);
             const double *split = creases == HALF ? half_split : asked;
-            assert_true(measure(&triangles, "triangles", creases) <= split[level]);
+            assert_true(measure(&triangles, "triangles", (int)creases) <= split[level]);
             triangles.scheme = COHORT_SCHEME_LOOP;
-            assert_true(measure(&triangles, "Loop", creases) <= loops[creases][level]);
+            assert_true(measure(&triangles, "Loop", (int)creases) <= loops[creases][level]);
         }
     }
 }
