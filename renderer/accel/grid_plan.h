@@ -16,8 +16,8 @@ typedef struct CoGridPlan {
 } CoGridPlan;
 _Static_assert(sizeof(CoGridPlan) == 64, "a plan is a cache line");
 
-// By block of a patch, of folded tables of a face; NULL for other tables. Of level 1 of triangular patches the only one is of
-// two patches, points of the second from 8 on.
+// By block of a patch, of folded tables of a face; NULL for other tables. Of level 1 of triangular
+// patches the only one is of two patches, points of the second from 8 on.
 const CoGridPlan *co_grid_plans(const CoPatchTable *table);
 
 #endif

@@ -136,7 +136,7 @@ struct CoBvh {
     const CoPatchTable *patches;
     const struct CoGridPlan *plans; // see grid_plan.h
     CoGridLeafKind grid;
-    uint32_t block_shift;           // log2 of blocks of a patch, where these are leaves
+    uint32_t block_shift; // log2 of blocks of a patch, where these are leaves
     const float *points;
     uint32_t last_point;
 };

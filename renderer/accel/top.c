@@ -217,7 +217,8 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
                            CO_GROUP_DEPTH_MAX);
         is_built = is_built && build_tree(top, &prims, err);
     } else {
-        is_built = CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances", count);
+        is_built = CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances",
+                           count);
     }
     co_prims_free(&prims);
     if (!is_built) {

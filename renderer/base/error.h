@@ -31,32 +31,33 @@ void co_error_place(CohortError *err, const char *file, uint32_t line, uint32_t 
 
 #define CO_FAIL(err, code, ...) co_error_set((err), CO_HERE, (code), __VA_ARGS__)
 
-// Leaves the function with `false` (or NULL: CO_CHECK_NULL) when a condition on input does not hold.
-#define CO_CHECK(cond, err, code, ...)                                                             \
-    do {                                                                                           \
-        if (!(cond))                                                                               \
-            return co_error_set((err), CO_HERE, (code), __VA_ARGS__);                              \
+// Leaves the function with `false` (or NULL: CO_CHECK_NULL) when a condition on input does not
+// hold.
+#define CO_CHECK(cond, err, code, ...) \
+    do { \
+        if (!(cond)) \
+            return co_error_set((err), CO_HERE, (code), __VA_ARGS__); \
     } while (0)
-#define CO_CHECK_NULL(cond, err, code, ...)                                                        \
-    do {                                                                                           \
-        if (!(cond)) {                                                                             \
-            co_error_set((err), CO_HERE, (code), __VA_ARGS__);                                     \
-            return NULL;                                                                           \
-        }                                                                                          \
+#define CO_CHECK_NULL(cond, err, code, ...) \
+    do { \
+        if (!(cond)) { \
+            co_error_set((err), CO_HERE, (code), __VA_ARGS__); \
+            return NULL; \
+        } \
     } while (0)
-#define CO_CHECK_MEMORY(ptr, err)                                                                  \
+#define CO_CHECK_MEMORY(ptr, err) \
     CO_CHECK((ptr) != NULL, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory")
 
 // Programmer mistakes only, never input. Kept out of Release builds.
 #ifdef NDEBUG
 #define CO_ASSERT(cond) ((void)sizeof(cond))
 #else
-#define CO_ASSERT(cond)                                                                            \
-    do {                                                                                           \
-        if (!(cond)) {                                                                             \
-            fprintf(stderr, "%s: assertion failed: %s\n", CO_HERE, #cond);                         \
-            abort();                                                                               \
-        }                                                                                          \
+#define CO_ASSERT(cond) \
+    do { \
+        if (!(cond)) { \
+            fprintf(stderr, "%s: assertion failed: %s\n", CO_HERE, #cond); \
+            abort(); \
+        } \
     } while (0)
 #endif
 

@@ -9,7 +9,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { NO_FILE = -1 }; // in place of an errno
+enum {
+    NO_FILE = -1
+}; // in place of an errno
 
 static bool fail(const char *path, int cause, CohortError *err)
 {

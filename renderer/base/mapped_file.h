@@ -19,8 +19,8 @@ void co_mapped_file_close(CoMappedFile *file);
 void co_mapped_file_release(const void *begin, const void *stop);
 
 // Creates a file in `folder` (NULL: $TMPDIR or /tmp) that has no name any more, so that it never
-// outlives the process. `bytes` are allocated at once: a full disk is reported here, not as a signal
-// later. Returns the descriptor, or -1.
+// outlives the process. `bytes` are allocated at once: a full disk is reported here, not as a
+// signal later. Returns the descriptor, or -1.
 int co_scratch_file(const char *folder, size_t bytes, CohortError *err);
 
 #endif

@@ -54,8 +54,7 @@ void *co_alloc(CoMemoryTag tag, size_t size)
 {
     if (size == 0 || size > SIZE_MAX / 2 || must_fail())
         return NULL;
-    void *ptr = is_paged(tag, size) ? co_pages_alloc(size)
-                                    : aligned_alloc(64, whole_lines(size));
+    void *ptr = is_paged(tag, size) ? co_pages_alloc(size) : aligned_alloc(64, whole_lines(size));
     if (ptr)
         count(tag, size);
     return ptr;
@@ -92,8 +91,8 @@ static void *resize_pages(CoMemoryTag tag, void *ptr, size_t old_size, size_t ne
     return moved;
 }
 
-// Most heaps leave a block that shrinks where it is, so that there are never two of it. One that does
-// not may align it less; should there be no room then to move it once more, it stays so.
+// Most heaps leave a block that shrinks where it is, so that there are never two of it. One that
+// does not may align it less; should there be no room then to move it once more, it stays so.
 static void *shrink(CoMemoryTag tag, void *ptr, size_t old_size, size_t new_size)
 {
     void *moved = must_fail() ? NULL : realloc(ptr, whole_lines(new_size));
@@ -188,9 +187,9 @@ size_t co_memory_resident(void)
 
 const char *co_memory_tag_name(CoMemoryTag tag)
 {
-    static const char *const names[CO_MEMORY_TAG_COUNT] = {
-        "base",    "usda",  "scene", "geometry", "accel",   "rays",
-        "texture", "light", "film",  "color",    "delegate"};
+    static const char *const names[CO_MEMORY_TAG_COUNT] = {"base",  "usda",  "scene",   "geometry",
+                                                           "accel", "rays",  "texture", "light",
+                                                           "film",  "color", "delegate"};
     return names[tag];
 }
 

@@ -1,4 +1,5 @@
-// The one heap of Cohort: counted per subsystem, aligned for SIMD, able to fail on purpose in tests.
+// The one heap of Cohort: counted per subsystem, aligned for SIMD, able to fail on purpose in
+// tests.
 
 #ifndef CO_BASE_MEMORY_H
 #define CO_BASE_MEMORY_H
@@ -22,7 +23,8 @@ typedef enum CoMemoryTag {
     CO_MEMORY_TAG_COUNT
 } CoMemoryTag;
 
-// Returns `size` bytes aligned to 64, or NULL (also when size is 0). Free with the same tag and size.
+// Returns `size` bytes aligned to 64, or NULL (also when size is 0). Free with the same tag and
+// size.
 void *co_alloc(CoMemoryTag tag, size_t size);
 
 // The same, zeroed.
@@ -41,8 +43,8 @@ static inline bool co_size_mul(size_t a, size_t b, size_t *out)
     return !__builtin_mul_overflow(a, b, out);
 }
 
-// Makes room for one more than `count` elements of `size` bytes in an array that has room for *capacity;
-// a NULL one of capacity 0 is begun. False without memory: nothing has changed then.
+// Makes room for one more than `count` elements of `size` bytes in an array that has room for
+// *capacity; a NULL one of capacity 0 is begun. False without memory: nothing has changed then.
 bool co_grow(CoMemoryTag tag, void **array, size_t count, size_t *capacity, size_t size);
 
 size_t co_memory_live(CoMemoryTag tag); // bytes now
@@ -52,15 +54,15 @@ size_t co_memory_peak(CoMemoryTag tag); // most bytes at any time
 // system does not say.
 size_t co_memory_resident(void);
 
-// Bytes that can still be taken: what the system calls available, but no more than the control groups
-// of the process leave it; 0 where the system does not say.
+// Bytes that can still be taken: what the system calls available, but no more than the control
+// groups of the process leave it; 0 where the system does not say.
 uint64_t co_memory_available(void);
 
 // The name of a tag as it stands in the statistics.
 const char *co_memory_tag_name(CoMemoryTag tag);
 
-// Makes the n-th allocation from now (1-based, over all threads) and every later one fail; 0 turns it
-// off. For tests of failure paths.
+// Makes the n-th allocation from now (1-based, over all threads) and every later one fail; 0 turns
+// it off. For tests of failure paths.
 void co_memory_fail_after(uint64_t n);
 
 #endif

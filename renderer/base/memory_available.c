@@ -18,8 +18,8 @@ static uint64_t number_of(const char *path)
     return is_read ? number : UINT64_MAX;
 }
 
-// The least limit of a group and the groups around it. Within a container the outer ones do not show,
-// and its own stands at the root.
+// The least limit of a group and the groups around it. Within a container the outer ones do not
+// show, and its own stands at the root.
 static uint64_t limit_of(const char *root, char *group, const char *file)
 {
     uint64_t least = UINT64_MAX;

@@ -7,16 +7,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Works on items [begin, end). `worker` is less than co_worker_count() and than the number of blocks,
-// and is not shared by two calls that run at once, so it may index per-worker state.
+// Works on items [begin, end). `worker` is less than co_worker_count() and than the number of
+// blocks, and is not shared by two calls that run at once, so it may index per-worker state.
 typedef void CoParallelFn(void *context, size_t begin, size_t end, uint32_t worker);
 
 // Calls fn over [0, count) in blocks of at most `grain` items (0 = 1), claimed dynamically, and
 // returns when all are done. What fn writes must not depend on which worker or when.
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context);
 
-// Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most 64 or
-// four per processor.
+// Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most
+// 64 or four per processor.
 void co_worker_count_set(uint32_t count);
 uint32_t co_worker_count(void);
 

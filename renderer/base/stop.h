@@ -1,5 +1,5 @@
-// A wish to stop: an int of the host's that any thread or signal handler makes other than 0, and that long
-// work looks at now and then.
+// A wish to stop: an int of the host's that any thread or signal handler makes other than 0, and
+// that long work looks at now and then.
 
 #ifndef CO_BASE_STOP_H
 #define CO_BASE_STOP_H
@@ -13,7 +13,7 @@ static inline bool co_is_stopped(const volatile int *stop)
 }
 
 // Leaves the function with `false` and COHORT_ERROR_CANCELLED when the flag is up.
-#define CO_CHECK_STOP(stop, err)                                                                   \
+#define CO_CHECK_STOP(stop, err) \
     CO_CHECK(!co_is_stopped(stop), err, COHORT_ERROR_CANCELLED, "stopped")
 
 #endif

@@ -18,8 +18,8 @@ typedef struct CoRgbSpace {
     const char *name;
     CoCurve curve;
     float gamma;
-    bool is_data;  // passes unchanged
-    double xy[8];  // red, green, blue, white chromaticities
+    bool is_data; // passes unchanged
+    double xy[8]; // red, green, blue, white chromaticities
 } CoRgbSpace;
 
 // By USD's name, or "sRGB" (sRGB curve, Rec.709 primaries); NULL: not built in.

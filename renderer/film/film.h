@@ -18,7 +18,8 @@ CoFilm *co_film_create(uint32_t width, uint32_t height, uint32_t aovs, int unit_
                        CohortError *err);
 void co_film_destroy(CoFilm *film);
 
-// Whether adds come from one thread at a time, which needs no locked additions. False after creation.
+// Whether adds come from one thread at a time, which needs no locked additions. False after
+// creation.
 void co_film_set_alone(CoFilm *film, bool is_alone);
 
 // Bytes that such a film takes.

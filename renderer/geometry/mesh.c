@@ -150,8 +150,8 @@ static bool same_words(const uint32_t *a, const uint32_t *b, size_t count)
 
 static bool same_patches(const CoPatchTable *a, const CoPatchTable *b)
 {
-    return a->level == b->level && a->count == b->count && a->stride == b->stride && a->fold == b->fold &&
-           a->is_triangular == b->is_triangular &&
+    return a->level == b->level && a->count == b->count && a->stride == b->stride &&
+           a->fold == b->fold && a->is_triangular == b->is_triangular &&
            same_words(a->words, b->words, co_patch_word_count(a)) &&
            same_words(a->first_tri, b->first_tri, (size_t)a->count + 1);
 }

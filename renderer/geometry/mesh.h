@@ -1,7 +1,7 @@
 // A committed mesh: tessellated once, points shared by index, with what shading asks of it.
 //
-// A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv, uniformly or
-// by edges of their own levels (each limit vertex evaluated once, edge interiors once in one
+// A mesh is tessellated from a CohortMeshDesc: subdivision surfaces through OpenSubdiv, uniformly
+// or by edges of their own levels (each limit vertex evaluated once, edge interiors once in one
 // direction, then face interiors), polygons triangulated. Triangles are numbered in face order: all
 // of face 0, then face 1 ... so "tri" orders like (face, sub-triangle).
 // Space: object. Threads: read-only after creation.
@@ -15,14 +15,14 @@
 
 // Public to the accel room; the rest is private to geometry.
 typedef struct CoMesh {
-    const float *points;     // [point_count * 3], finite
-    const uint32_t *indices; // [tri_count * 3] into points, wound as authored; or
+    const float *points;         // [point_count * 3], finite
+    const uint32_t *indices;     // [tri_count * 3] into points, wound as authored; or
     const CoPatchTable *patches; // of subdivided meshes, which have no indices; else NULL
     uint32_t point_count, tri_count;
-    uint32_t face_count;     // faces of the cage
+    uint32_t face_count;      // faces of the cage
     uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)
     CoVec3 box_min, box_max;
-    size_t bytes; // all memory of the mesh
+    size_t bytes;                  // all memory of the mesh
     struct CoMeshShading *shading; // private to geometry
 } CoMesh;
 
@@ -41,7 +41,8 @@ static inline void co_mesh_triangle(const CoMesh *mesh, uint32_t tri, uint32_t o
 typedef void CoMeshWarnFn(void *cookie, const char *text);
 
 // Tessellates. False with the reason when the description cannot be rendered (desc->path named).
-// Non-finite points drop the faces that use them, with a warning. An empty mesh is fine (0 triangles).
+// Non-finite points drop the faces that use them, with a warning. An empty mesh is fine (0
+// triangles).
 bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn, void *cookie,
                     CohortError *err);
 void co_mesh_destroy(CoMesh *mesh);
@@ -57,18 +58,18 @@ bool co_mesh_same_topology(const CoMesh *a, const CoMesh *b);
 
 // What a hit point looks like, object space.
 typedef struct CoSurface {
-    CoVec3 p;        // on the triangle
-    CoVec3 p_error;  // bound of |computed - exact| per axis
-    float reach;     // a ray that starts closer to the triangle than this may meet it again: error of
-                     // the triangle test, which grows with the triangle
-    CoVec3 start;    // p drawn in from the triangle's edges by a few times reach: where rays leave.
-                     // From the very edge they could leave through the neighbor, at t = 0
-    CoVec3 ng;       // unit geometric normal of the triangle, outward by the mesh's orientation
-    CoVec3 ns;       // unit shading normal: limit normal, authored normals, or ng
-    uint32_t face;   // face of the cage
-    uint32_t material; // of the subset or the mesh
-    uint32_t ptex_face;  // including ptex_face_offset
-    float ptex_u, ptex_v; // in that Ptex face
+    CoVec3 p;       // on the triangle
+    CoVec3 p_error; // bound of |computed - exact| per axis
+    float reach;   // a ray that starts closer to the triangle than this may meet it again: error of
+                   // the triangle test, which grows with the triangle
+    CoVec3 start;  // p drawn in from the triangle's edges by a few times reach: where rays leave.
+                   // From the very edge they could leave through the neighbor, at t = 0
+    CoVec3 ng;     // unit geometric normal of the triangle, outward by the mesh's orientation
+    CoVec3 ns;     // unit shading normal: limit normal, authored normals, or ng
+    uint32_t face; // face of the cage
+    uint32_t material;           // of the subset or the mesh
+    uint32_t ptex_face;          // including ptex_face_offset
+    float ptex_u, ptex_v;        // in that Ptex face
     CoVec3 ptex_dpdu, ptex_dpdv; // derivative of p by them
 } CoSurface;
 

@@ -62,8 +62,8 @@ static bool check_topology(CoMeshBuild *build)
     return true;
 }
 
-// Areas and distances of what lies farther away are no floats: trees could not tell it apart, and rays
-// would take ages to miss it.
+// Areas and distances of what lies farther away are no floats: trees could not tell it apart, and
+// rays would take ages to miss it.
 #define REACH 1e30f
 
 static bool is_out_of_reach(float x)
@@ -141,7 +141,8 @@ static void drop_unusable(CoMeshBuild *build)
     if (small)
         co_mesh_warn(build, "%zu faces of fewer than 3 vertices are dropped", small);
     if (broken)
-        co_mesh_warn(build, "%zu faces with a point that is NaN or beyond 1e30 are dropped", broken);
+        co_mesh_warn(build, "%zu faces with a point that is NaN or beyond 1e30 are dropped",
+                     broken);
 }
 
 static bool check_points(CoMeshBuild *build)

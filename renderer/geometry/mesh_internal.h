@@ -44,7 +44,8 @@ typedef struct CoPrimvar {
     const uint32_t *indices; // element -> value, NULL: the element itself
 } CoPrimvar;
 
-// Of so many corner elements, which have a normal of their own, and where the first of these stands.
+// Of so many corner elements, which have a normal of their own, and where the first of these
+// stands.
 enum {
     CO_OWN_ELEMENTS = 64
 };
@@ -58,24 +59,24 @@ typedef struct CoMeshShading {
     uint32_t level; // of the finest face
     bool left_handed;
     bool is_bilinear;
-    const CoPatchTable *patches;    // of subdivided meshes, the mesh's
-    const uint32_t *face_patch;     // [face_count] first patch; NULL: as per_face says, or one each
-    const uint32_t *tri_face;       // polygons: [tri_count]
-    const uint32_t *corner_first;   // [face_count] first corner element; NULL if nothing asks, or
-    uint32_t corners_each;          // if all faces have as many: that
-    const uint32_t *ptex_first;     // [face_count + 1]; NULL: one Ptex face per face
-    const uint32_t *tri_corners;    // polygon grids: [tri_count * 3] face-vertices
-    const uint32_t *face_vertices;  // polygon grids with n-gons above 4: [face-vertices] points
-    const float *face_centers;      // with face_vertices: [face_count * 3] average of the vertices
+    const CoPatchTable *patches;   // of subdivided meshes, the mesh's
+    const uint32_t *face_patch;    // [face_count] first patch; NULL: as per_face says, or one each
+    const uint32_t *tri_face;      // polygons: [tri_count]
+    const uint32_t *corner_first;  // [face_count] first corner element; NULL if nothing asks, or
+    uint32_t corners_each;         // if all faces have as many: that
+    const uint32_t *ptex_first;    // [face_count + 1]; NULL: one Ptex face per face
+    const uint32_t *tri_corners;   // polygon grids: [tri_count * 3] face-vertices
+    const uint32_t *face_vertices; // polygon grids with n-gons above 4: [face-vertices] points
+    const float *face_centers;     // with face_vertices: [face_count * 3] average of the vertices
     const CoPrimvar *primvars;
     uint32_t primvar_count;
-    CoPrimvar normals;             // authored, of polygons; values NULL: none
-    const uint32_t *limit_normals; // of limit surfaces, see unit_code.h; NULL: none
-    bool has_corner_normals;       // those are per corner element, not per point, but for
+    CoPrimvar normals;               // authored, of polygons; values NULL: none
+    const uint32_t *limit_normals;   // of limit surfaces, see unit_code.h; NULL: none
+    bool has_corner_normals;         // those are per corner element, not per point, but for
     const CoOwnNormals *own_normals; // elements that have none of their own; NULL: all have
-    bool has_derived_normals;      // some are CO_UNIT_DERIVED
-    uint32_t material;             // of faces in no subset
-    const uint32_t *face_material; // [face_count], NULL: all `material`
+    bool has_derived_normals;        // some are CO_UNIT_DERIVED
+    uint32_t material;               // of faces in no subset
+    const uint32_t *face_material;   // [face_count], NULL: all `material`
     uint32_t ptex_face_offset;
 } CoMeshShading;
 
@@ -120,7 +121,8 @@ typedef struct CoMeshBuild {
     uint8_t *face_dropped; // [face_count], scratch
     uint32_t dropped_count;
     bool has_broken_points; // some point is not finite
-    CohortMeshDesc reachable; // the description with points out of reach as NaN, where there are some
+    CohortMeshDesc
+        reachable; // the description with points out of reach as NaN, where there are some
     CoPrimvarSource *sources;
     uint32_t source_count;
 } CoMeshBuild;

@@ -104,7 +104,8 @@ static bool find_live(CoSubdivision *s)
     co_osd_surface_destroy(surface);
     CO_MESH_CHECK(build, ok, err.code, "%s", err.message);
     if (broken)
-        co_mesh_warn(build, "%zu faces next to a point that is NaN or beyond 1e30 are dropped", broken);
+        co_mesh_warn(build, "%zu faces next to a point that is NaN or beyond 1e30 are dropped",
+                     broken);
     return true;
 }
 

@@ -117,7 +117,8 @@ static bool make_creases(CoSubdivision *s, CoOsdDesc *out)
                             "together: creases are ignored");
         return true;
     }
-    warn_of_no_numbers(build, "creaseSharpnesses", d->crease_sharpnesses, d->crease_sharpness_count);
+    warn_of_no_numbers(build, "creaseSharpnesses", d->crease_sharpnesses,
+                       d->crease_sharpness_count);
     int32_t *pairs = co_mesh_scratch(build, edges, 2 * sizeof *pairs);
     float *sharpnesses = co_mesh_scratch(build, edges, sizeof *sharpnesses);
     CO_MESH_CHECK_MEMORY(build, pairs);

@@ -41,7 +41,8 @@ static float test_reach(const CoVec3 p[3])
     float size = 0.0f;
     const CoVec3 edges[3] = {a, b, c};
     for (int i = 0; i < 3; i++)
-        size = co_max(size, co_max(fabsf(edges[i].x), co_max(fabsf(edges[i].y), fabsf(edges[i].z))));
+        size =
+            co_max(size, co_max(fabsf(edges[i].x), co_max(fabsf(edges[i].y), fabsf(edges[i].z))));
     return 16.0f * 0x1p-24f * size;
 }
 

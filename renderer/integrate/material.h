@@ -11,7 +11,7 @@ typedef struct CoShadeHit {
     const CoMesh *mesh;
     uint32_t tri;
     float u, v;
-    CoSurface surface;       // object space
+    CoSurface surface;        // object space
     const float (*texels)[4]; // one per lookup of the material, before scale and bias
 } CoShadeHit;
 
@@ -22,8 +22,8 @@ static inline CoVec3 co_color_apply(const float m[9], CoVec3 c)
                    m[6] * c.x + m[7] * c.y + m[8] * c.z);
 }
 
-// The texture lookup one node makes at a hit. width: footprint diameter on the surface, object space,
-// 0 = full resolution.
+// The texture lookup one node makes at a hit. width: footprint diameter on the surface, object
+// space, 0 = full resolution.
 void co_material_lookup(const CohortScene *scene, const CoLookupSource *source, const CoMesh *mesh,
                         uint32_t tri, float u, float v, const CoSurface *surface, float width,
                         CoLookup *out);

@@ -9,7 +9,9 @@
 #include "light/light.h"
 #include "texture/texture.h"
 
-enum { CO_MATERIAL_LOOKUPS_MAX = 16 };
+enum {
+    CO_MATERIAL_LOOKUPS_MAX = 16
+};
 
 typedef enum CoObjectKind {
     CO_OBJECT_EMPTY = 0,
@@ -35,12 +37,12 @@ typedef struct CoSceneObject {
     bool is_dirty;    // edited since the last commit
     CoVisit visit;    // state of the walk for cycles and build order
     double origin[3]; // mesh: subtracted from its points, so that far-away points keep their bits
-    CoMesh mesh;         // its materials are slots: 0 for faces in no subset, then the subsets
+    CoMesh mesh;      // its materials are slots: 0 for faces in no subset, then the subsets
     uint32_t *materials; // mesh: [material_slots] material of each slot, COHORT_INVALID_ID = none
     uint32_t material_slots;
     CoBvh *bvh;
-    bool is_deformed; // mesh: bvh is of the points before the edit, and can be refitted
-    bool is_settled;  // mesh: displaced, if its materials ask for that
+    bool is_deformed;          // mesh: bvh is of the points before the edit, and can be refitted
+    bool is_settled;           // mesh: displaced, if its materials ask for that
     CohortInstanceDesc *edits; // group: as given; display_color points into edit_colors
     float *edit_colors;        // [edit_count][3]
     uint32_t edit_count;
@@ -88,7 +90,7 @@ typedef enum CoMaterialInput {
 } CoMaterialInput;
 
 typedef struct CoMaterial {
-    CoArena arena; // names
+    CoArena arena;       // names
     const float *rec709; // 3x3 into the rendering space, set by the commit; NULL: the same
     bool is_set;
     CoInputSource inputs[CO_INPUT_COUNT];
@@ -138,7 +140,7 @@ struct CohortScene {
     // Committed.
     CoColor *color;
     CoTextures *textures;
-    uint32_t *texture_ids;   // scene texture id -> CoTextures id
+    uint32_t *texture_ids; // scene texture id -> CoTextures id
     uint32_t texture_id_capacity;
     uint32_t textures_added; // how many of them are valid
     CoLights *lights;
@@ -152,10 +154,10 @@ struct CohortScene {
     double frame[3]; // render = world - frame
     double box[6];   // world: min, max
     bool has_box, is_committed;
-    float rec709[9]; // linear Rec.709 -> rendering space, row-major
-    bool converts;   // and whether that changes anything
-    bool has_cutouts;  // some material or unbound mesh may pass rays
-    bool has_lookups;  // some material looks textures up
+    float rec709[9];  // linear Rec.709 -> rendering space, row-major
+    bool converts;    // and whether that changes anything
+    bool has_cutouts; // some material or unbound mesh may pass rays
+    bool has_lookups; // some material looks textures up
     uint64_t path_count;
     CohortSceneCounts counts;
 };
@@ -193,8 +195,9 @@ static inline const CoMaterial *co_scene_material(const CohortScene *scene, uint
 }
 
 // Steps of cohort_scene_commit, in the files of their names.
-// Measures how deep groups nest and chooses those to be merged, so that no more stand within each other
-// than can be traced; where the choice is another than before, all are dirty. False for circles.
+// Measures how deep groups nest and chooses those to be merged, so that no more stand within each
+// other than can be traced; where the choice is another than before, all are dirty. False for
+// circles.
 bool co_scene_nest(CohortScene *scene, CohortError *err);
 // Fills the parts of a group, whose old ones are released; those that it places are done.
 bool co_scene_list_parts(CohortScene *scene, CoSceneObject *group, CohortError *err);

@@ -6,7 +6,8 @@
 #include "integrate/material.h"
 #include "integrate/render_data.h"
 
-// Placement of the instance path a worker met last, and the triangle: sorted hits mostly share both.
+// Placement of the instance path a worker met last, and the triangle: sorted hits mostly share
+// both.
 typedef struct CoPlacementMemo {
     CoPlacement placement;
     CoAffine abs_to_world, abs_to_object; // for error bounds
@@ -22,13 +23,13 @@ typedef struct CoPlacementMemo {
 } CoPlacementMemo;
 
 typedef struct CoVertex {
-    CoShadeHit hit;              // object space
-    const CoMaterial *material;  // NULL: Lambertian with displayColor
+    CoShadeHit hit;               // object space
+    const CoMaterial *material;   // NULL: Lambertian with displayColor
     const CoPlacement *placement; // the memo's
-    CoVec3 p, start; // render frame; start: CoSurface.start
-    CoVec3 ng, ns; // unit, render frame, as the mesh is oriented
-    CoVec3 wo;  // towards where the ray came from
-    float width; // footprint's diameter here, scene units
+    CoVec3 p, start;              // render frame; start: CoSurface.start
+    CoVec3 ng, ns;                // unit, render frame, as the mesh is oriented
+    CoVec3 wo;                    // towards where the ray came from
+    float width;                  // footprint's diameter here, scene units
     const CoPlacementMemo *memo;
 } CoVertex;
 

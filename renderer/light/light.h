@@ -37,7 +37,7 @@ void co_lights_destroy(CoLights *lights);
 // NULL when all is well. For the one who reports: co_lights_create is silent about it.
 const char *co_light_problem(const CohortLightDesc *desc);
 
-uint32_t co_lights_count(const CoLights *lights); // those that can contribute
+uint32_t co_lights_count(const CoLights *lights);   // those that can contribute
 bool co_lights_have_choice(const CoLights *lights); // more than one: co_light_sample then reads uc
 // Brightest radiance any light can show, for the film's unit; irradiance for delta distant lights.
 float co_lights_max_radiance(const CoLights *lights);

@@ -19,22 +19,22 @@ typedef struct CoDome {
 // One light, in the render frame.
 typedef struct CoLight {
     CohortLightType type;
-    bool is_active;       // can contribute anywhere
-    bool is_delta;        // distant, parallel
-    bool is_shaped;       // focus or cone
+    bool is_active; // can contribute anywhere
+    bool is_delta;  // distant, parallel
+    bool is_shaped; // focus or cone
     bool is_shadowless;
     bool is_right_angled; // rect: edges orthogonal; sphere: round
     float diffuse;
     CoVec3 radiance; // where texture and shaping are 1; irradiance for delta lights
     float strength;  // mean of the channels and of the texture, for selection
     CoVec3 center;
-    CoVec3 axis;   // unit, the way the light shines (-Z)
-    CoVec3 normal; // rect, disk: unit, of the side that emits
-    CoVec3 ex, ey; // rect: half edges; disk, ellipsoid: what the map makes of the unit axes
+    CoVec3 axis;           // unit, the way the light shines (-Z)
+    CoVec3 normal;         // rect, disk: unit, of the side that emits
+    CoVec3 ex, ey;         // rect: half edges; disk, ellipsoid: what the map makes of the unit axes
     CoVec3 dir_x, dir_y;   // rect: ex and ey made unit
     double half_x, half_y; // rect: lengths of ex and ey
-    CoVec3 ez;     // ellipsoid: the third
-    CoVec3 ux, uy; // dual to ex and ey: a = ux . (p - center) is 1 at the edge
+    CoVec3 ez;             // ellipsoid: the third
+    CoVec3 ux, uy;         // dual to ex and ey: a = ux . (p - center) is 1 at the edge
     float area, inv_area;
     float bound;       // radius of a sphere around center that holds the light
     CoAffine to_local; // ellipsoid: to the unit sphere; dome: rotation to its own axes

@@ -36,7 +36,8 @@ static inline void co_sincos_eighth_d(double r, double *sine, double *cosine)
     // In pairs: half the steps that wait for each other.
     double z = r * r, z2 = z * z;
     double s_high = (-1.0 / 5040 + z * (1.0 / 362880)) + z2 * (-1.0 / 39916800);
-    double c_high = (-1.0 / 720 + z * (1.0 / 40320)) + z2 * (-1.0 / 3628800 + z * (1.0 / 479001600));
+    double c_high =
+        (-1.0 / 720 + z * (1.0 / 40320)) + z2 * (-1.0 / 3628800 + z * (1.0 / 479001600));
     *sine = r + r * z * ((-1.0 / 6 + z * (1.0 / 120)) + z2 * s_high);
     *cosine = 1.0 + z * ((-1.0 / 2 + z * (1.0 / 24)) + z2 * c_high);
 }

@@ -1,7 +1,7 @@
 // Three-component vectors and 3x4 affine transforms in float32, and 4x4 matrices in double.
 //
-// Everything is written as plain multiplies and adds in a fixed order: the compiler may not contract
-// them (-ffp-contract=off), so results are the same bits on every instruction set.
+// Everything is written as plain multiplies and adds in a fixed order: the compiler may not
+// contract them (-ffp-contract=off), so results are the same bits on every instruction set.
 
 #ifndef CO_MATH_VEC_H
 #define CO_MATH_VEC_H
@@ -223,8 +223,9 @@ static inline bool co_mat4d_invert_affine(const CoMat4d *a, CoMat4d *out)
     return true;
 }
 
-// The inverse of a transform that rays can be taken through; false, *out untouched, for others: what is not
-// finite or singular, and scales beyond 1e18 either way, for which the square of a direction is no float.
+// The inverse of a transform that rays can be taken through; false, *out untouched, for others:
+// what is not finite or singular, and scales beyond 1e18 either way, for which the square of a
+// direction is no float.
 static inline bool co_mat4d_invert_placement(const CoMat4d *m, CoMat4d *out)
 {
     CoMat4d inverse;

@@ -14,8 +14,9 @@ void co_ray_batch_clear(CoRayBatch *batch);
 bool co_hit_batch_reserve(CoHitBatch *batch, size_t capacity, CohortError *err);
 void co_hit_batch_clear(CoHitBatch *batch);
 
-// Makes *batch one of `count` rays, which are still to be decoded (rays/ray_kernels.h). The padding up
-// to a multiple of 64 gets rays that are over before they begin (tnear > tfar). count <= capacity.
+// Makes *batch one of `count` rays, which are still to be decoded (rays/ray_kernels.h). The padding
+// up to a multiple of 64 gets rays that are over before they begin (tnear > tfar). count <=
+// capacity.
 void co_ray_batch_begin(CoRayBatch *batch, size_t count);
 
 #endif

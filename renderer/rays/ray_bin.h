@@ -1,5 +1,5 @@
-// Ray bins: rays collected by major direction, in memory while there is some for them, else in files
-// that the system streams to disk.
+// Ray bins: rays collected by major direction, in memory while there is some for them, else in
+// files that the system streams to disk.
 //
 // Source: Eisenacher et al. 2013, 3.1.
 // Terms: bin = one of six directions; batch = the records of one file, `capacity` of them when

@@ -50,7 +50,9 @@ enum {
 };
 
 // Widths: log2 in quarter octaves, 0 stays 0; the code of 1: widths from 1e-12 to 1e7.
-enum { CO_STEP_ORIGIN = 160 };
+enum {
+    CO_STEP_ORIGIN = 160
+};
 
 _Static_assert(CO_RAY_WORDS * sizeof(uint32_t) == 36, "the record of the paper");
 _Static_assert(CO_RAY_WORDS_MAX * sizeof(uint32_t) == 44, "the record with every optional word");

@@ -8,7 +8,9 @@
 
 #include "rays/ray_parts.h"
 
-enum { CO_RAY_QUEUE_RAYS = 32 };
+enum {
+    CO_RAY_QUEUE_RAYS = 32
+};
 
 // X(type, name), as in CoRay and CoRayKey; direction and normal are there as codes.
 #define CO_RAY_QUEUE_FIELDS(X) \

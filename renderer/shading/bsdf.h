@@ -35,7 +35,7 @@ typedef struct CoBsdf {
     float coat_alpha, coat_f0;
     float opacity; // of the diffuse part; the rest goes straight through
     float p_diffuse, p_specular, p_coat, p_through; // lobe selection, sum 1, or all 0: absorbs all
-    bool is_lambert; // nothing but the diffuse lobe, opaque
+    bool is_lambert;                                // nothing but the diffuse lobe, opaque
 } CoBsdf;
 
 // Lambertian with this albedo.

@@ -24,8 +24,8 @@ const char *co_ocio_cache_id(const CoOcioConfig *config);
 // The canonical name of a space, alias or role; NULL when the config has none such.
 const char *co_ocio_space(const CoOcioConfig *config, const char *name);
 bool co_ocio_space_is_data(const CoOcioConfig *config, const char *name);
-// The space that the config's file rules give a file of that name, the Default rule aside; NULL when
-// none but that one matches it, or it names a space that the config has not.
+// The space that the config's file rules give a file of that name, the Default rule aside; NULL
+// when none but that one matches it, or it names a space that the config has not.
 const char *co_ocio_space_of_file(const CoOcioConfig *config, const char *path);
 const char *co_ocio_default_display(const CoOcioConfig *config);
 const char *co_ocio_default_view(const CoOcioConfig *config, const char *display);

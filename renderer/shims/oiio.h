@@ -34,8 +34,8 @@ bool co_oiio_info(const char *path, CoOiioInfo *out, CohortError *err);
 bool co_oiio_read(const char *path, const CoOiioInfo *info, float *out, CohortError *err);
 
 // Writes texels and their mip levels (box filter, down to one texel) as a tiled float EXR with
-// tiles of `tile` x `tile`. There must be room for it: OpenEXR 3.1 waits forever for a tile that could
-// not be written.
+// tiles of `tile` x `tile`. There must be room for it: OpenEXR 3.1 waits forever for a tile that
+// could not be written.
 bool co_oiio_write_mips(const char *path, const CoOiioInfo *info, const float *texels,
                         uint32_t tile, CohortError *err);
 

@@ -7,7 +7,9 @@
 
 #include <stdint.h>
 
-enum { CO_HILBERT_CELLS = 64 };
+enum {
+    CO_HILBERT_CELLS = 64
+};
 
 // Skilling's step for one bit of one coordinate: where it is set the lower bits of the first
 // coordinate are turned around, else they change places with those of this one.

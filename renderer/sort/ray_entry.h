@@ -9,7 +9,9 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { CO_SORT_GROUP = 64 };
+enum {
+    CO_SORT_GROUP = 64
+};
 
 // One sort.
 typedef struct CoRaySort {

@@ -1,5 +1,5 @@
-// Keys of records for the ray sort, many at once; one function per instruction set, the same keys from
-// each.
+// Keys of records for the ray sort, many at once; one function per instruction set, the same keys
+// from each.
 
 #ifndef CO_SORT_RAY_KEYS_H
 #define CO_SORT_RAY_KEYS_H
@@ -14,8 +14,9 @@ enum {
     CO_KEY_PINHOLE_BITS = 12 // where place is direction
 };
 
-// What an item is made of: place above direction above the index of the record. A place is a cell of
-// the origins along a Hilbert curve; where all origins are one point it is that of the direction.
+// What an item is made of: place above direction above the index of the record. A place is a cell
+// of the origins along a Hilbert curve; where all origins are one point it is that of the
+// direction.
 typedef struct CoKeyGrid {
     CoVec3 low;         // of the origins
     float scale;        // origin to cells, 0: one point
@@ -24,8 +25,8 @@ typedef struct CoKeyGrid {
     uint32_t place_bits, direction_bits, index_bits;
 } CoKeyGrid;
 
-// Items of records [begin, end) to items[begin, end). That of an invalid record, whose origin is not
-// finite, has the bit above its place set.
+// Items of records [begin, end) to items[begin, end). That of an invalid record, whose origin is
+// not finite, has the bit above its place set.
 typedef void CoRayKeysFn(const CoRayRecords *records, const CoKeyGrid *grid, size_t begin,
                          size_t end, uint64_t *items);
 

@@ -32,12 +32,12 @@ float co_srgb_decode(float encoded);
 bool co_converted_path(const CoTextureColor *color, const char *source, uint64_t settings,
                        const char *extension, char **out, CohortError *err);
 
-// Whether so many bytes can be written beside `path`: limits, free blocks, and quotas, by taking them
-// for a moment.
+// Whether so many bytes can be written beside `path`: limits, free blocks, and quotas, by taking
+// them for a moment.
 bool co_converted_room(const char *path, size_t bytes, CohortError *err);
 
-// A name beside `path`, which co_converted_path has given, to write to before co_converted_publish moves
-// it there in one step. Such files that have not been written to for an hour are removed.
+// A name beside `path`, which co_converted_path has given, to write to before co_converted_publish
+// moves it there in one step. Such files that have not been written to for an hour are removed.
 bool co_converted_temporary(const char *path, char **out, CohortError *err);
 bool co_converted_publish(const char *temporary, const char *path, CohortError *err);
 

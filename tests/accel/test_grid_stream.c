@@ -1,6 +1,6 @@
 // Leaves of subdivided meshes under groups of rays that stay together, which enter blocks at once:
-// the hits of loose triangles, bit for bit. Rays that go apart are in test_grid_leaf. Both also test
-// grid_plan.c.
+// the hits of loose triangles, bit for bit. Rays that go apart are in test_grid_leaf. Both also
+// test grid_plan.c.
 
 #include "grid_scenes.h"
 

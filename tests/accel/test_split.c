@@ -85,7 +85,8 @@ static void moving_parts_any_order(void **state)
             size_t left = 0;
             prims_fill(prims, count, PRIMS_IN_ONE_PLACE, 1);
             for (uint32_t i = 0; i < count; i++) {
-                const bool sides[5] = {true, false, i % 2, i < count / 2, random_float(&random, 0.0f, 1.0f) < 0.1f};
+                const bool sides[5] = {true, false, i % 2, i < count / 2,
+                                       random_float(&random, 0.0f, 1.0f) < 0.1f};
                 prims[i].lo[1] = prims[i].hi[1] = sides[kind] ? 1.0f : 0.0f;
                 left += !sides[kind];
             }
@@ -157,8 +158,8 @@ static void no_memory_is_no_split(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(halves_hold_everything),   cmocka_unit_test(neighbors_are_left_alone),
-        cmocka_unit_test(two_heaps_are_told_apart), cmocka_unit_test(moving_parts_any_order),
+        cmocka_unit_test(halves_hold_everything),        cmocka_unit_test(neighbors_are_left_alone),
+        cmocka_unit_test(two_heaps_are_told_apart),      cmocka_unit_test(moving_parts_any_order),
         cmocka_unit_test(wide_splits_are_the_same_ones), cmocka_unit_test(no_memory_is_no_split),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -211,8 +211,8 @@ static void scale_mesh(TestMesh *mesh, float scale)
     mesh_box(mesh);
 }
 
-// Random triangles against a search over all of them in double. Of some sizes the square of a length
-// is a float and the cube is none.
+// Random triangles against a search over all of them in double. Of some sizes the square of a
+// length is a float and the cube is none.
 static void soups_are_judged_exactly(void **state)
 {
     (void)state;

@@ -67,8 +67,8 @@ static void neighbors_share_every_edge(void **state)
     for (int number = 0; number < SHAPE_COUNT; number++) {
         make_shape(&shape, number);
         // Texture coordinates with a seam at every edge.
-        CohortPrimvarDesc seams = {"st", COHORT_INTERPOLATION_FACE_VARYING, 2, st,
-                                   shape.cage.index_count, NULL, 0};
+        CohortPrimvarDesc seams = {
+            "st", COHORT_INTERPOLATION_FACE_VARYING, 2, st, shape.cage.index_count, NULL, 0};
         shape.desc.primvars = &seams;
         shape.desc.primvar_count = 1;
         for (uint32_t level = 0; level <= 5; level++) {

@@ -10,7 +10,10 @@
 
 #include <cmocka.h>
 
-enum { ROOM = 640, MARK = 0xa5 };
+enum {
+    ROOM = 640,
+    MARK = 0xa5
+};
 
 static void only_what_is_asked_for_is_copied(void **state)
 {

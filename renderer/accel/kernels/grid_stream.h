@@ -106,7 +106,7 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
         stream_list(ask, active, ref);
     } else {
         const CoTriLeaf leaf = bvh->grid == CO_GRID_NUMBERED ? open_numbered(bvh, ref, &block)
-                                                                 : open_block(bvh, ref, &block);
+                                                             : open_block(bvh, ref, &block);
         stream_triangles(ask, active, &leaf, leaf.count, block.valid);
     }
 }

@@ -21,9 +21,9 @@
 // coordinate and of the distance to the far side of the group: less than 40 roundings of 2^-24.
 #define CO_TRANSFORM_SLACK 0x1p-18f
 
-// Lengths of directions that transforms may make: those between hold slabs that are floats. Components
-// below 1e-18 of the largest, or that are nearly denormal, are taken as that: the padding keeps planes
-// far enough that such a ray still passes all boxes which it touches.
+// Lengths of directions that transforms may make: those between hold slabs that are floats.
+// Components below 1e-18 of the largest, or that are nearly denormal, are taken as that: the
+// padding keeps planes far enough that such a ray still passes all boxes which it touches.
 #define CO_DIRECTION_LEAST 1e-29f
 #define CO_DIRECTION_MOST 1e37f
 #define CO_COMPONENT_LEAST 1e-37f

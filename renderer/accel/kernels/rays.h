@@ -167,7 +167,8 @@ static inline void rays_prepare(Rays *rays, const CoBox *box, float relative)
             largest_org = co_wide_max(co_wide_abs(org[k]), largest_org);
             largest_dir = co_wide_max(co_wide_abs(dir[k]), largest_dir);
             is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_abs(org[k]), co_wide_set1(3e38f)));
-            is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_abs(dir[k]), co_wide_set1(CO_DIRECTION_MOST)));
+            is_fit = co_wide_and(is_fit,
+                                 co_wide_lt(co_wide_abs(dir[k]), co_wide_set1(CO_DIRECTION_MOST)));
         }
         is_fit = co_wide_and(is_fit, co_wide_lt(co_wide_set1(CO_DIRECTION_LEAST), largest_dir));
         distance = co_wide_min(distance, co_wide_set1(3e38f));

@@ -1,10 +1,10 @@
 // What every public header of Cohort shares: errors, limits, diagnostics and logging.
 //
 // A host links libcohort.a as `pkg-config --cflags --libs cohort` says. Beside it lies a module,
-// lib/cohort/cohort_oiio.so, which is opened when the first image file is read: the host's RPATH must lead
-// to that folder (the flags above see to it; a program that moves with its prefix has $ORIGIN/../lib/cohort),
-// or LD_LIBRARY_PATH. Where it does not, the first image is COHORT_ERROR_INSTALLATION; scenes without image
-// files need no module.
+// lib/cohort/cohort_oiio.so, which is opened when the first image file is read: the host's RPATH
+// must lead to that folder (the flags above see to it; a program that moves with its prefix has
+// $ORIGIN/../lib/cohort), or LD_LIBRARY_PATH. Where it does not, the first image is
+// COHORT_ERROR_INSTALLATION; scenes without image files need no module.
 //
 // Threads: all types here are plain data. A CohortError belongs to the thread that passes it.
 
@@ -43,7 +43,8 @@ typedef enum CohortErrorCode {
     COHORT_ERROR_IMAGE,          // an EXR or PNG that cannot be read or has the wrong shape
     COHORT_ERROR_CANCELLED,      // the caller asked to stop
     COHORT_ERROR_INTERNAL,       // a bug in Cohort: please report it
-    COHORT_ERROR_INSTALLATION    // a part of Cohort, or a library that it needs, is not where it belongs
+    COHORT_ERROR_INSTALLATION    // a part of Cohort, or a library that it needs, is not where it
+                                 // belongs
 } CohortErrorCode;
 
 // One failure, for people and for programs. A zeroed error means none; the first failure wins.

@@ -61,8 +61,9 @@ typedef struct CohortExrDesc {
     size_t attribute_count;
 } CohortExrDesc;
 
-// Writes a single-part scanline EXR; channels are stored sorted by name. COHORT_ERROR_ARGUMENT: no pixels or
-// channels, a name that is empty, too long (31 bytes) or there twice; _FILE_WRITE: as the system says.
+// Writes a single-part scanline EXR; channels are stored sorted by name. COHORT_ERROR_ARGUMENT: no
+// pixels or channels, a name that is empty, too long (31 bytes) or there twice; _FILE_WRITE: as the
+// system says.
 bool cohort_exr_write(const char *path, const CohortExrDesc *desc, CohortError *err);
 
 // A picture in memory: every channel as float (UINT converted).
@@ -73,8 +74,9 @@ typedef struct CohortImage {
     float *pixels;     // [channel_count][height][width]
 } CohortImage;
 
-// Reads the first part of an EXR, scanlines without subsampling. Free with cohort_image_clear. *out is as it was when
-// this fails: COHORT_ERROR_FILE_NOT_FOUND, _IMAGE for what is no such EXR, _LIMIT where it is too large, _OUT_OF_MEMORY.
+// Reads the first part of an EXR, scanlines without subsampling. Free with cohort_image_clear. *out
+// is as it was when this fails: COHORT_ERROR_FILE_NOT_FOUND, _IMAGE for what is no such EXR, _LIMIT
+// where it is too large, _OUT_OF_MEMORY.
 bool cohort_exr_read(const char *path, CohortImage *out, CohortError *err);
 void cohort_image_clear(CohortImage *image);
 
@@ -88,10 +90,11 @@ int cohort_image_channel(const CohortImage *image, const char *name);
 
 typedef struct CohortView CohortView;
 
-// From a rendering space through a display and view. config NULL = $OCIO, else the config that Cohort
-// carries (ACES CG), whose plain sRGB view is then the default: colors as they are, no tone mapping.
-// display, view NULL = the config's default. A display or view that does not exist is
-// COHORT_ERROR_ARGUMENT and named, with those that do; a config that cannot be used is COHORT_ERROR_COLOR.
+// From a rendering space through a display and view. config NULL = $OCIO, else the config that
+// Cohort carries (ACES CG), whose plain sRGB view is then the default: colors as they are, no tone
+// mapping. display, view NULL = the config's default. A display or view that does not exist is
+// COHORT_ERROR_ARGUMENT and named, with those that do; a config that cannot be used is
+// COHORT_ERROR_COLOR.
 CohortView *cohort_view_create(const char *config, const char *rendering_space, const char *display,
                                const char *view, CohortError *err);
 void cohort_view_destroy(CohortView *view);
@@ -102,19 +105,21 @@ const char *cohort_view_view_name(const CohortView *view);
 const char *cohort_view_config_name(const CohortView *view);
 const char *cohort_view_config_cache_id(const CohortView *view);
 
-// Transforms `count` straight RGBA pixels in place; alpha comes back bit for bit. NaN and infinities are replaced
-// before (0 and the largest float), and counted in *replaced (may be NULL). COHORT_ERROR_COLOR when the config's
-// transform fails. Threads: several may apply one view.
+// Transforms `count` straight RGBA pixels in place; alpha comes back bit for bit. NaN and
+// infinities are replaced before (0 and the largest float), and counted in *replaced (may be NULL).
+// COHORT_ERROR_COLOR when the config's transform fails. Threads: several may apply one view.
 bool cohort_view_apply(const CohortView *view, float *rgba, size_t count, uint64_t *replaced,
                        CohortError *err);
 
-// Writes width x height premultiplied scene-linear RGBA through a view to an 8-bit PNG with straight alpha.
-// COHORT_ERROR_ARGUMENT for a size that PNG does not have, else as cohort_exr_write and cohort_view_apply.
+// Writes width x height premultiplied scene-linear RGBA through a view to an 8-bit PNG with
+// straight alpha. COHORT_ERROR_ARGUMENT for a size that PNG does not have, else as cohort_exr_write
+// and cohort_view_apply.
 bool cohort_png_write(const char *path, uint32_t width, uint32_t height, const float *rgba,
                       const CohortView *view, CohortError *err);
 
-// The name and chromaticities (red, green, blue, white xy) of a rendering space, as the EXR header states them. name
-// holds 128 bytes. config, rendering_space: as CohortSceneOptions has them. COHORT_ERROR_COLOR for what does not exist.
+// The name and chromaticities (red, green, blue, white xy) of a rendering space, as the EXR header
+// states them. name holds 128 bytes. config, rendering_space: as CohortSceneOptions has them.
+// COHORT_ERROR_COLOR for what does not exist.
 bool cohort_rendering_space(const char *config, const char *rendering_space, char *name,
                             float chromaticities[8], CohortError *err);
 

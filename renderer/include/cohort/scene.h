@@ -3,9 +3,9 @@
 // A scene is edited between renders, then committed; a commit rebuilds only what was edited. Every
 // array given to a call is copied before it returns. Ids are small integers, never reused while the
 // scene lives. Space: scene units as authored, double transforms in USD's row-vector convention
-// (p' = p * M, translation in the last row). Colors of lights are linear in the rendering color space;
-// those of materials and displayColor are linear Rec.709 and are brought there, textures by their own
-// color space.
+// (p' = p * M, translation in the last row). Colors of lights are linear in the rendering color
+// space; those of materials and displayColor are linear Rec.709 and are brought there, textures by
+// their own color space.
 //
 // Threads: one thread edits at a time; nothing may be edited while a render of the scene runs.
 
@@ -52,14 +52,14 @@ typedef enum CohortInterpolation {
     COHORT_INTERPOLATION_FACE_VARYING  // 1 per face-vertex, indexed topology kept
 } CohortInterpolation;
 
-// One primvar, without the "primvars:" prefix. "normals" (3 components) gives the shading normals of
-// polygon meshes and is ignored on subdivision meshes.
+// One primvar, without the "primvars:" prefix. "normals" (3 components) gives the shading normals
+// of polygon meshes and is ignored on subdivision meshes.
 typedef struct CohortPrimvarDesc {
     const char *name;
     CohortInterpolation interpolation;
-    uint32_t components; // 1 to 4
-    const float *values; // [value_count * components]
-    size_t value_count;  // elements
+    uint32_t components;    // 1 to 4
+    const float *values;    // [value_count * components]
+    size_t value_count;     // elements
     const int32_t *indices; // [index_count] into values, or NULL: values are in order
     size_t index_count;
 } CohortPrimvarDesc;
@@ -81,9 +81,9 @@ typedef struct CohortMeshDesc {
     bool left_handed;
     uint32_t level; // subdivision level, 0 = the cage's faces at limit positions; most 10
     // Where an edge shall be finer than `level`: [face_vertex_index_count] for the edge from each
-    // face-vertex to the next of its face. Of faces that disagree on an edge the finest counts. NULL:
-    // all are the same. Inside, a face is as fine as its finest edge, or as `face_levels` says
-    // ([face_count] or NULL), if that is finer.
+    // face-vertex to the next of its face. Of faces that disagree on an edge the finest counts.
+    // NULL: all are the same. Inside, a face is as fine as its finest edge, or, if that is finer,
+    // as `face_levels` says ([face_count] or NULL).
     const uint8_t *edge_levels, *face_levels;
     const float *points; // [point_count * 3], object space
     size_t point_count;
@@ -120,13 +120,13 @@ typedef enum CohortHidden {
 
 // One placement of an object inside a group.
 typedef struct CohortInstanceDesc {
-    uint32_t object;         // a mesh or a group
-    double transform[4][4];  // object to group (to world for the root)
-    int32_t prim_id;         // what the primId AOV shows; -1 inherits from the enclosing instance
-    bool hidden;             // takes no part in anything
-    uint32_t hidden_from;    // CohortHidden bits
+    uint32_t object;        // a mesh or a group
+    double transform[4][4]; // object to group (to world for the root)
+    int32_t prim_id;        // what the primId AOV shows; -1 inherits from the enclosing instance
+    bool hidden;            // takes no part in anything
+    uint32_t hidden_from;   // CohortHidden bits
     const float *display_color; // 3 floats replacing the mesh's displayColor, or NULL
-    bool color_yields; // display_color is for meshes without displayColor alone
+    bool color_yields;          // display_color is for meshes without displayColor alone
 } CohortInstanceDesc;
 
 // An empty scene. NULL when out of memory.
@@ -152,8 +152,8 @@ bool cohort_scene_set_mesh_materials(CohortScene *scene, uint32_t object, uint32
 
 // Makes the object a group: instances of other objects, which must not lead back to it. Object 0 is
 // the root group and exists from the start.
-bool cohort_scene_set_group(CohortScene *scene, uint32_t object, const CohortInstanceDesc *instances,
-                            size_t count, CohortError *err);
+bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
+                            const CohortInstanceDesc *instances, size_t count, CohortError *err);
 
 // Tells every placement of every mesh that is not hidden, as the groups now stand: object to world.
 typedef void CohortPlacementFn(void *cookie, uint32_t object, const double transform[4][4]);
@@ -173,9 +173,9 @@ typedef enum CohortWrap {
 } CohortWrap;
 
 typedef enum CohortColorSpace {
-    // The file's metadata, else the file rules of the OCIO config but for its Default rule, else sRGB
-    // for 8-bit RGB(A), else raw. For an image of a light, chromaticities are metadata and it is linear
-    // Rec.709 instead of raw.
+    // The file's metadata, else the file rules of the OCIO config but for its Default rule, else
+    // sRGB for 8-bit RGB(A), else raw. For an image of a light, chromaticities are metadata and it
+    // is linear Rec.709 instead of raw.
     COHORT_COLOR_AUTO = 0,
     COHORT_COLOR_RAW,
     COHORT_COLOR_SRGB,
@@ -209,16 +209,17 @@ typedef struct CohortInput {
     CohortInputKind kind;
     float value[4];
     const char *primvar;
-    uint32_t lookup;     // index into the material's lookups
-    uint32_t channel;    // 0-3 first channel taken of the lookup's rgba
+    uint32_t lookup;  // index into the material's lookups
+    uint32_t channel; // 0-3 first channel taken of the lookup's rgba
 } CohortInput;
 
 // One texture node: out = texel * scale + bias, at st = transform(primvar st) or at the Ptex face.
 typedef struct CohortLookupDesc {
-    uint32_t texture; // id from cohort_scene_new_texture
+    uint32_t texture;       // id from cohort_scene_new_texture
     const char *st_primvar; // UV textures; NULL = "st"
     float st_fallback[2];
-    float st_scale[2], st_rotation_degrees, st_translation[2]; // UsdTransform2d; scale (0,0) = (1,1)
+    float st_scale[2], st_rotation_degrees,
+        st_translation[2];   // UsdTransform2d; scale (0,0) = (1,1)
     float scale[4], bias[4]; // scale all zero = all one
 } CohortLookupDesc;
 
@@ -241,19 +242,19 @@ typedef struct CohortMaterialDesc {
 
 CohortMaterialDesc cohort_material_default(void);
 
-// A new texture, which the commit opens: a file that cannot be read is a warning then, and its texels
-// are `fallback`. Textures cannot be changed, and equal ones are not merged. COHORT_INVALID_ID when
-// out of memory.
+// A new texture, which the commit opens: a file that cannot be read is a warning then, and its
+// texels are `fallback`. Textures cannot be changed, and equal ones are not merged.
+// COHORT_INVALID_ID when out of memory.
 uint32_t cohort_scene_new_texture(CohortScene *scene, const CohortTextureDesc *desc,
                                   CohortError *err);
 
 // A new material id, as if none were bound until it is set. COHORT_INVALID_ID when out of memory.
 uint32_t cohort_scene_new_material(CohortScene *scene, CohortError *err);
 
-// Gives a material its values. It stays what it was when this fails: out of memory, an id that is not
-// there, more than 16 lookups.
-bool cohort_scene_set_material(CohortScene *scene, uint32_t material, const CohortMaterialDesc *desc,
-                               CohortError *err);
+// Gives a material its values. It stays what it was when this fails: out of memory, an id that is
+// not there, more than 16 lookups.
+bool cohort_scene_set_material(CohortScene *scene, uint32_t material,
+                               const CohortMaterialDesc *desc, CohortError *err);
 
 // ---- Lights ----------------------------------------------------------------------------------
 
@@ -275,14 +276,14 @@ typedef struct CohortLightDesc {
     bool enable_color_temperature;
     float color_temperature; // kelvin
     bool normalize;
-    float diffuse, specular; // multipliers
+    float diffuse, specular;     // multipliers
     float width, height, radius; // scene units
     float angle_degrees;
-    const char *texture_file;     // rect, dome; NULL = none
-    const char *texture_asset;    // as authored
+    const char *texture_file;  // rect, dome; NULL = none
+    const char *texture_asset; // as authored
     CohortColorSpace texture_color_space;
     const char *texture_color_space_name;
-    float shaping_focus;          // 0 = none
+    float shaping_focus; // 0 = none
     float shaping_focus_tint[3];
     float shaping_cone_angle_degrees; // 90 = none
     float shaping_cone_softness;
@@ -295,9 +296,9 @@ CohortLightDesc cohort_light_default(CohortLightType type);
 // A new light id, hidden until it is set. COHORT_INVALID_ID when out of memory.
 uint32_t cohort_scene_new_light(CohortScene *scene, CohortError *err);
 
-// Gives a light its values. What cannot shine (sizes or a transform that are not finite, a texture that
-// cannot be read) is a warning of the commit. The light stays what it was when this fails: out of
-// memory, an id that is not there.
+// Gives a light its values. What cannot shine (sizes or a transform that are not finite, a texture
+// that cannot be read) is a warning of the commit. The light stays what it was when this fails: out
+// of memory, an id that is not there.
 bool cohort_scene_set_light(CohortScene *scene, uint32_t light, const CohortLightDesc *desc,
                             CohortError *err);
 
@@ -326,16 +327,16 @@ typedef struct CohortSceneOptions {
     const char *converted_folder;      // converted textures; NULL: a folder of the user's cache
     bool ptex_reductions_authored;     // take the file's own reductions
     uint64_t texture_memory;           // bytes of decoded texels that may stay resident; 0 = 1 GiB
-    const volatile int *stop; // an int that any thread, or a signal handler, makes other than 0 to end
-                              // the commit; NULL = none
+    const volatile int *stop; // an int that any thread, or a signal handler, makes other than 0 to
+                              // end the commit; NULL = none
 } CohortSceneOptions;
 
 // What the commits of a scene have rebuilt so far; each commit adds to it.
 typedef struct CohortSceneCounts {
-    uint64_t mesh_builds;   // tessellations and bottom-level BVHs
-    uint64_t mesh_refits;   // of these, BVHs that only took new points
-    uint64_t group_builds;  // top-level BVHs
-    uint64_t group_refits;  // top-level BVHs that only took new boxes
+    uint64_t mesh_builds;    // tessellations and bottom-level BVHs
+    uint64_t mesh_refits;    // of these, BVHs that only took new points
+    uint64_t group_builds;   // top-level BVHs
+    uint64_t group_refits;   // top-level BVHs that only took new boxes
     uint64_t material_binds; // cohort_scene_set_mesh_materials
     uint64_t light_builds, material_builds, camera_builds, texture_opens;
     uint64_t displaced_meshes, displaced_points;
@@ -350,15 +351,16 @@ typedef struct CohortSceneCounts {
 // Makes the edits effective. Missing textures and the like are warnings. Stopped, it ends with
 // COHORT_ERROR_CANCELLED before the next texture, mesh or group; another commit goes on from there.
 //   options  NULL: all defaults; copied, but for `stop`
-// Other errors: _SCENE without a camera, _OUT_OF_MEMORY, _COLOR for a config or space, _INSTALLATION where no
-// image can be read, _FILE_WRITE of scratch files.
+// Other errors: _SCENE without a camera, _OUT_OF_MEMORY, _COLOR for a config or space,
+// _INSTALLATION where no image can be read, _FILE_WRITE of scratch files.
 bool cohort_scene_commit(CohortScene *scene, const CohortSceneOptions *options, CohortError *err);
 void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out);
 
 // World-space box of the committed scene: min xyz, max xyz; false when it holds nothing.
 bool cohort_scene_bounds(const CohortScene *scene, double box[6]);
 
-// Diagnostics as data, repeats merged. Returns how many. Pointers live until the next edit or commit.
+// Diagnostics as data, repeats merged. Returns how many. Pointers live until the next edit or
+// commit.
 typedef struct CohortDiagnostic {
     CohortSeverity severity;
     const char *place; // prim path or file

@@ -36,8 +36,8 @@ static inline void find_valid(const CoRayQueue *q, uint32_t is_valid[RAYS])
         float x = q->weight_x[i], y = q->weight_y[i], z = q->weight_z[i];
         int exponent = q->kind[i] == CO_RAY_LIGHT ? CO_EXPONENT_MAX_LIGHT : CO_EXPONENT_MAX;
         float most = CO_MANTISSA_MAX * co_bits_float((uint32_t)(exponent + 127) << 23);
-        uint32_t has_weight = (x >= 0.0f) & (y >= 0.0f) & (z >= 0.0f) & (x <= most) &
-                              (y <= most) & (z <= most);
+        uint32_t has_weight =
+            (x >= 0.0f) & (y >= 0.0f) & (z >= 0.0f) & (x <= most) & (y <= most) & (z <= most);
         uint32_t has_origin =
             is_finite(q->org_x[i]) & is_finite(q->org_y[i]) & is_finite(q->org_z[i]);
         is_valid[i] = has_weight & has_origin & (q->code_x[i] != 0) & (q->code_y[i] != 0);

@@ -1,8 +1,8 @@
 // Reading USDA: layers, composition, and the composed stage as typed values.
 //
 // A stage is opened once and is then read-only: any number of threads may query it. Every pointer
-// that a query returns lives until cohort_stage_destroy. What is asked for by a number beyond the last
-// is NULL, or false.
+// that a query returns lives until cohort_stage_destroy. What is asked for by a number beyond the
+// last is NULL, or false.
 
 #ifndef COHORT_USDA_H
 #define COHORT_USDA_H
@@ -179,15 +179,15 @@ typedef struct CohortStageOptions {
     CohortReleaseFn *release; // may be NULL
     void *open_cookie;
     // An int that any thread, or a signal handler, makes other than 0 to end the opening: within a
-    // fraction of a second it fails with COHORT_ERROR_CANCELLED. Borrowed; NULL = none. A reload looks
-    // at it too.
+    // fraction of a second it fails with COHORT_ERROR_CANCELLED. Borrowed; NULL = none. A reload
+    // looks at it too.
     const volatile int *stop;
 } CohortStageOptions;
 
-// Opens and composes. Missing references and the like are reported and composition goes on. NULL when the
-// root layer cannot be read (COHORT_ERROR_FILE_NOT_FOUND, _FILE_READ, _USDA_SYNTAX with line and column,
-// _USD_BINARY), when a limit of the options is passed (_LIMIT), stopped (_CANCELLED), out of memory, or, with
-// `strict`, at the first warning.
+// Opens and composes. Missing references and the like are reported and composition goes on. NULL
+// when the root layer cannot be read (COHORT_ERROR_FILE_NOT_FOUND, _FILE_READ, _USDA_SYNTAX with
+// line and column, _USD_BINARY), when a limit of the options is passed (_LIMIT), stopped
+// (_CANCELLED), out of memory, or, with `strict`, at the first warning.
 //   path     of the root layer, relative to the current folder
 //   options  NULL: all defaults
 CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *options,
@@ -259,8 +259,8 @@ void cohort_stage_info(const CohortStage *stage, CohortStageInfo *out);
 // Path of a layer used, i < layer_count; the root layer is 0.
 const char *cohort_stage_layer(const CohortStage *stage, size_t i);
 
-// Whether anything in the stage led to the layer that options.muted.items[i] names; else muting it has
-// changed nothing.
+// Whether anything in the stage led to the layer that options.muted.items[i] names; else muting it
+// has changed nothing.
 bool cohort_stage_met_muted(const CohortStage *stage, size_t i);
 
 // Earliest time at which anything is sampled, or the start time code; false if nothing varies and
@@ -360,26 +360,28 @@ bool cohort_prim_property_opinion(const CohortPrim *prim, const char *property, 
                                   CohortOpinion *out);
 
 // ---- Convenience over values (typed, with a fallback) ------------------------------------------
-// The first number of the value at a time (NAN = default value), whatever its type; the fallback where there is
-// no value or it is no number.
+// The first number of the value at a time (NAN = default value), whatever its type; the fallback
+// where there is no value or it is no number.
 double cohort_prim_double(const CohortPrim *prim, const char *name, double time, double fallback);
 bool cohort_prim_bool(const CohortPrim *prim, const char *name, double time, bool fallback);
-const char *cohort_prim_token(const CohortPrim *prim, const char *name, double time,
-                              const char *fallback); // token, string or asset text; the first of an array
-// Copies up to `count` numbers of a scalar, vector, matrix or array of such, converted to double; `out`
-// keeps what there is no number for. False, with nothing copied, where the value is absent or no number.
+const char *
+cohort_prim_token(const CohortPrim *prim, const char *name, double time,
+                  const char *fallback); // token, string or asset text; the first of an array
+// Copies up to `count` numbers of a scalar, vector, matrix or array of such, converted to double;
+// `out` keeps what there is no number for. False, with nothing copied, where the value is absent or
+// no number.
 bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, double *out,
                          size_t count);
 
-// UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!, may be NULL.
-// False, and the identity, where no op is authored.
+// UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!,
+// may be NULL. False, and the identity, where no op is authored.
 bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
                                  bool *resets);
 
 // ---- Layers ------------------------------------------------------------------------------------
-// Reads one layer and writes it back as USDA; flatten writes the composed stage as one layer. out NULL = standard
-// output; a file is written beside its place and moved there when it is whole. Errors of reading as
-// cohort_stage_open's; COHORT_ERROR_FILE_WRITE.
+// Reads one layer and writes it back as USDA; flatten writes the composed stage as one layer. out
+// NULL = standard output; a file is written beside its place and moved there when it is whole.
+// Errors of reading as cohort_stage_open's; COHORT_ERROR_FILE_WRITE.
 bool cohort_layer_cat(const char *in, const char *out, const CohortStageOptions *options,
                       CohortError *err);
 bool cohort_stage_flatten(const CohortStage *stage, const char *out, CohortError *err);
