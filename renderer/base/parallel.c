@@ -35,7 +35,8 @@ static unsigned running_threads(void)
 uint32_t co_worker_count_at_hand(void)
 {
     uint32_t count = co_worker_count();
-    bool is_busy = count > 1 && running_threads() > (unsigned)omp_get_num_procs();
+    // Threads of this process that wait by spinning are among those that run.
+    bool is_busy = count > 1 && running_threads() > 2 * (unsigned)omp_get_num_procs();
     return is_busy ? 1 : count;
 }
 

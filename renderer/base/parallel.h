@@ -20,8 +20,8 @@ void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context
 void co_worker_count_set(uint32_t count);
 uint32_t co_worker_count(void);
 
-// The same, or 1 while more threads want to run than there are processors, if the system says: for
-// work that takes less time than waiting for a thread that is not run.
+// The same, or 1 while more than twice as many threads want to run as there are processors, if the
+// system says: for work that takes less time than waiting for a thread that is not run.
 uint32_t co_worker_count_at_hand(void);
 
 // True while called by co_parallel_for with several threads: further calls then use one.
