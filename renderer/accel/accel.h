@@ -28,14 +28,17 @@ size_t co_bvh_leaf_bytes(const CoBvh *bvh); // of these; the rest are nodes
 bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh);
 
 // Blocks in large pages that BVHs of small meshes share: a walk goes from one to the next as rays
-// happen to, and small pages cost it a look into the page table each time. {NULL} is none yet. Of
-// one thread.
+// happen to, and small pages cost it a look into the page table each time. {0} is none yet. Of one
+// thread.
 typedef struct CoBvhBlocks {
     struct CoBvhBlock *open; // with room left
+    size_t seen;             // bytes of small BVHs
 } CoBvhBlocks;
 
-// Moves a BVH that nothing refers to yet into a block, if it is small and there is memory. A block
-// lives until all BVHs in it are destroyed, and their room is not used again: for many at once.
+// Moves a BVH that nothing refers to yet into a block, if it is small and there is memory. Those
+// that come before a block's worth was seen stay where they are: so few have no need of one, and a
+// large page takes longer to get than they take to build. A block lives until all BVHs in it are
+// destroyed, and their room is not used again: for many at once.
 void co_bvh_pack(CoBvh *bvh, CoBvhBlocks *blocks);
 
 // No more are to come. BVHs stay where they are.

@@ -61,7 +61,10 @@ void co_bvh_pack(CoBvh *bvh, CoBvhBlocks *blocks)
     const size_t nodes = tree->node_count * sizeof *tree->nodes;
     const size_t leaves = bvh->leaf_bytes ? bvh->leaf_bytes + CO_LEAF_TAIL : 0;
     const size_t size = whole_lines(nodes) + whole_lines(leaves);
-    if (bvh->block || size == 0 || size > PACKED_MOST || !make_room(blocks, size))
+    if (bvh->block || size == 0 || size > PACKED_MOST)
+        return;
+    blocks->seen += size;
+    if (blocks->seen <= BLOCK_BYTES || !make_room(blocks, size))
         return;
     CoWideNode *old_nodes = tree->nodes;
     unsigned char *old_leaves = bvh->leaves;
