@@ -194,7 +194,7 @@ static void measure_scene(Bench *bench, const char *name)
         bench_is_listed(o->what, "sorted_batch") || bench_is_listed(o->what, "sorted_total");
     size_t diffuse = is_sorted && CO_RAY_BINS * batch > count ? CO_RAY_BINS * batch : count;
     co_worker_count_set(0);
-    if (!bench_scene_open(name, o->stage, &bench->scene))
+    if (!bench_scene_open(name, o->stage, o->ground, &bench->scene))
         return;
     bool is_good = bench_rays_make(&bench->scene, diffuse, count, &bench->rays) &&
                    bench_rays_copy(&bench->rays.diffuse, count, true, &bench->shuffled) &&

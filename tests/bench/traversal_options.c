@@ -18,6 +18,7 @@ static const char usage[] =
     "  --sort WHICH    fast, exact or none (as the engine chooses; sorted_batch: fast)\n"
     "  --cpu           processor seconds: for a machine that is not idle\n"
     "  --disk          all bins on disk, none in memory\n"
+    "  --ground SIZE   a square of that side below what is made (0: none)\n"
     "  --stage FILE    the shader ball (by default in $COHORT_SHARED)\n"
     "Millions per second (bytes: per triangle); ratios above 1: Cohort is better.\n"
     "closest, occluded: ray by ray against single rays; primary rays in groups against the best\n"
@@ -53,6 +54,7 @@ void bench_options_read(int argc, char **argv, BenchOptions *o)
         {.name = "--count", .number = &count_bits, .least = 8, .most = 24},
         {.name = "--repeats", .number = &repeats, .least = 1, .most = BENCH_REPEATS_MAX},
         {.name = "--sort", .text = &o->sort, .words = "fast,exact,none"},
+        {.name = "--ground", .number = &o->ground, .least = 0, .most = 1e12},
         {.name = "--stage", .text = &o->stage},
         {.name = "--json", .flag = &o->json},
         {.name = "--cpu", .flag = &o->cpu},

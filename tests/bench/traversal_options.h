@@ -12,6 +12,7 @@ typedef struct BenchOptions {
     const char *scenes, *isas, *threads, *rays, *what;
     const char *stage; // NULL: the shader ball
     const char *sort;  // NULL: as the engine chooses
+    double ground;     // side of a square below made scenes; 0: none
     int batch_bits, count_bits, repeats;
     bool json, cpu, disk;
 } BenchOptions;

@@ -95,12 +95,13 @@ static CoVec3 block_point(const Sheet *sheet, float u, float v)
     return co_add(co_vec3(sheet->size.x * x * r, y, sheet->size.z * z * r), sheet->center);
 }
 
+// With room for a ground.
 static void allocate(BenchScene *scene, uint32_t meshes)
 {
     scene->mesh_count = meshes;
-    scene->meshes = calloc(meshes, sizeof *scene->meshes);
-    scene->objects = calloc(meshes + 1, sizeof *scene->objects);
-    scene->instances = calloc(meshes, sizeof *scene->instances);
+    scene->meshes = calloc(meshes + 1, sizeof *scene->meshes);
+    scene->objects = calloc(meshes + 2, sizeof *scene->objects);
+    scene->instances = calloc(meshes + 1, sizeof *scene->instances);
 }
 
 // 17 meshes: the room and what stands in it.
@@ -174,7 +175,21 @@ static void finish(BenchScene *scene)
     scene->accel = (CoAccelScene){scene->objects, scene->mesh_count + 1, scene->mesh_count};
 }
 
-bool bench_scene_make(const char *name, BenchScene *out)
+// A flat square.
+static CoVec3 ground_point(const Sheet *sheet, float u, float v)
+{
+    return co_add(co_vec3(sheet->size.x * (u - 0.5f), 0.0f, sheet->size.z * (v - 0.5f)),
+                  sheet->center);
+}
+
+// Below everything, the last mesh.
+static void add_ground(BenchScene *scene, float size)
+{
+    Sheet sheet = {.at = ground_point, .size = co_vec3_splat(size), .center = co_vec3(0, -1, 0)};
+    make_sheet(&sheet, 1, 1, &scene->meshes[scene->mesh_count++]);
+}
+
+bool bench_scene_make(const char *name, double ground, BenchScene *out)
 {
     *out = (BenchScene){.name = name, .up = co_vec3(0, 1, 0)};
     if (strcmp(name, "room_1m") == 0)
@@ -187,6 +202,8 @@ bool bench_scene_make(const char *name, BenchScene *out)
         make_city(out, 125, 12500);
     else
         return false;
+    if (ground > 0.0)
+        add_ground(out, (float)ground);
     finish(out);
     return true;
 }

@@ -20,12 +20,13 @@ typedef struct BenchScene {
     CoVec3 light_low, light_high; // box that light samples are drawn from
 } BenchScene;
 
-// "room_1m", "city_10m", "city_50m" or "small". False for another name. Trees are not built.
-bool bench_scene_make(const char *name, BenchScene *out);
+// "room_1m", "city_10m", "city_50m" or "small", above a square ground of that size if it is not 0.
+// False for another name. Trees are not built.
+bool bench_scene_make(const char *name, double ground, BenchScene *out);
 
 // Any of those, or "shaderball", every mesh of a stage through the loader (NULL: the shader ball).
 // Trees are built. False with a sentence on stderr.
-bool bench_scene_open(const char *name, const char *stage, BenchScene *out);
+bool bench_scene_open(const char *name, const char *stage, double ground, BenchScene *out);
 
 // Builds the trees of a made scene as a commit does, with co_worker_count() threads; drops them.
 bool bench_scene_build(BenchScene *scene);

@@ -52,12 +52,12 @@ static bool load_stage(const char *path, BenchScene *out, char *why, size_t why_
     return true;
 }
 
-bool bench_scene_open(const char *name, const char *stage, BenchScene *out)
+bool bench_scene_open(const char *name, const char *stage, double ground, BenchScene *out)
 {
     char path[1024], why[256];
     const char *shared = getenv("COHORT_SHARED");
     if (strcmp(name, "shaderball") != 0)
-        return bench_scene_make(name, out) && bench_scene_build(out);
+        return bench_scene_make(name, ground, out) && bench_scene_build(out);
     snprintf(path, sizeof path, "%s/stages/full_assets/StandardShaderBall/%s",
              shared ? shared : COHORT_SHARED_DIR, "standard_shader_ball_scene.usda");
     if (load_stage(stage ? stage : path, out, why, sizeof why))
