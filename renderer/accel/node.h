@@ -149,16 +149,29 @@ typedef struct CoPlaced {
     const CoBvh *bvh;     // of a mesh, with its nodes; NULL for groups
     const CoWideNode *nodes;
     uint32_t root;    // of the mesh, or its leaf if it has but one
+    uint32_t layer;   // that it stands in; CO_LAYER_NONE: the group's own tree
     bool is_in_place; // a mesh that stands in the group as it is, within its box, not too fine
     bool is_baked;    // bvh is over the points where the group has them: rays stay what they are
-    unsigned char unused[10];
+    bool is_layer;    // no instance: one of the layers, which stand behind them
+    unsigned char unused[5];
 } CoPlaced;
 _Static_assert(sizeof(CoPlaced) == 64, "an instance is a cache line");
 
+// Instances that lie close together in a group that is much wider, see layers.h.
+typedef struct CoLayer {
+    CoTree tree;
+    uint32_t parent;  // the layer that it stands in, which comes before it; or CO_LAYER_NONE
+    bool is_in_place; // all of it is
+} CoLayer;
+#define CO_LAYER_NONE 0xffffffffu
+
 struct CoTop {
     CoTree tree;
-    CoPlaced *placed; // instances
-    CoBvh **baked;    // of instances that have trees of their own, see bake.h
+    CoPlaced *placed; // instances, then layers
+    CoLayer *layers;
+    size_t layer_capacity;
+    uint32_t layer_count;
+    CoBvh **baked; // of instances that have trees of their own, see bake.h
     uint32_t baked_count, baked_capacity;
     uint32_t count;      // of instances
     uint32_t depth;      // groups from here down, this one counted

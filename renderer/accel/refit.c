@@ -75,7 +75,9 @@ static double built_cost(const CoTree *tree)
 
 bool co_top_refit(CoTop *top, const CoInstance *instances, uint32_t count, const CoObject *objects)
 {
-    if (count != top->count || !co_top_measure(top, instances, objects))
+    // Layers are planned for where things stand.
+    if (count != top->count || top->layer_count > 0 || !co_top_measure(top, instances, objects) ||
+        top->layer_count > 0)
         return false;
     double cost = built_cost(&top->tree);
     for (size_t n = 0; n < top->tree.node_count; n++) {

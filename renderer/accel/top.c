@@ -2,6 +2,7 @@
 
 #include "accel/bake.h"
 #include "accel/build.h"
+#include "accel/layers.h"
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -111,40 +112,11 @@ static bool has_box(const CoBox *box)
     return box->lo[0] <= box->hi[0];
 }
 
-// Nodes of meshes in place are padded for the size of the whole group: where that is more than
-// about a triangle, every ray would meet most of the mesh.
-static bool is_fine_for(const CoPlaced *placed, const CoMesh *mesh, double extent)
-{
-    double side = 0.0;
-    for (int k = 0; k < 3; k++)
-        side = fmax(side, (double)placed->box.hi[k] - (double)placed->box.lo[k]);
-    return extent * 0x1p-18 <= side / sqrt((double)mesh->tri_count + 1.0);
-}
-
-static void leave_fine_ones(CoTop *top, const CoInstance *instances, const CoObject *objects)
-{
-    CoBox all;
-    co_box_empty(&all);
-    for (uint32_t i = 0; i < top->count; i++)
-        if (has_box(&top->placed[i].box))
-            co_box_extend(&all, top->placed[i].box.lo, top->placed[i].box.hi);
-    double extent = 0.0;
-    for (int k = 0; k < 3 && has_box(&all); k++)
-        extent = fmax(extent, (double)all.hi[k] - (double)all.lo[k]);
-    for (uint32_t i = 0; i < top->count; i++) {
-        CoPlaced *placed = &top->placed[i];
-        if (placed->is_in_place)
-            placed->is_in_place = is_fine_for(placed, objects[instances[i].object].mesh, extent);
-        top->is_in_place &= placed->is_in_place || !has_box(&placed->box);
-    }
-}
-
 // Numbers the paths, measures the depth and places the instances. False when memory is out.
 static bool survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
 {
     top->depth = 1;
     top->path_count = 0;
-    top->is_in_place = true;
     for (uint32_t i = 0; i < top->count; i++) {
         const CoObject *object = &objects[instances[i].object];
         place(&instances[i], object, &top->placed[i]);
@@ -157,23 +129,7 @@ static bool survey(CoTop *top, const CoInstance *instances, const CoObject *obje
         return false;
     for (uint32_t i = 0; i < top->count; i++)
         place_tree(&top->placed[i]);
-    leave_fine_ones(top, instances, objects);
-    return true;
-}
-
-static uint32_t list_prims(const CoTop *top, CoBuildPrim *prims)
-{
-    uint32_t used = 0;
-    for (uint32_t i = 0; i < top->count; i++) {
-        const CoBox *box = &top->placed[i].box;
-        if (!has_box(box))
-            continue;
-        memcpy(prims[used].lo, box->lo, sizeof prims[used].lo);
-        memcpy(prims[used].hi, box->hi, sizeof prims[used].hi);
-        prims[used].id = i;
-        used++;
-    }
-    return used;
+    return co_layers_plan(top, instances, objects);
 }
 
 bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *objects)
@@ -187,40 +143,66 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
     return survey(top, instances, objects) && top->depth <= CO_GROUP_DEPTH_MAX;
 }
 
-static bool build_tree(CoTop *top, CoPrimArray *prims, CohortError *err)
+static bool build_tree(const CoTop *top, const uint32_t *members, uint32_t count, CoTree *out,
+                       CohortError *err)
 {
     CoLeafRule rule = {.fits = single_fits, .most = 1};
+    CoPrimArray prims = {.count = count, .capacity = count};
     CoTreeParts parts;
-    bool is_built = co_tree_build(prims, &rule, &parts, err);
-    top->tree = parts.tree;
+    prims.prims = co_alloc(CO_MEMORY_ACCEL, count * sizeof *prims.prims);
+    CO_CHECK(prims.prims || count == 0, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "no memory to build a tree over %u instances", count);
+    for (uint32_t i = 0; i < count; i++) {
+        const CoBox *box = &top->placed[members[i]].box;
+        memcpy(prims.prims[i].lo, box->lo, sizeof box->lo);
+        memcpy(prims.prims[i].hi, box->hi, sizeof box->hi);
+        prims.prims[i].id = members[i];
+    }
+    bool is_built = co_tree_build(&prims, &rule, &parts, err);
+    *out = parts.tree;
+    co_prims_free(&prims);
+    return is_built;
+}
+
+// Of the group and its layers, the inner ones first.
+static bool build_trees(CoTop *top, CohortError *err)
+{
+    CoLayerLists lists;
+    bool is_built = co_layers_list(top, &lists);
+    if (!is_built)
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory to list %u instances", top->count);
+    for (uint32_t l = top->layer_count + 1; is_built && l-- > 0;) {
+        const uint32_t *members = lists.members + lists.starts[l];
+        CoTree *tree = l ? &top->layers[l - 1].tree : &top->tree;
+        is_built = build_tree(top, members, lists.starts[l + 1] - lists.starts[l], tree, err);
+        if (l)
+            top->placed[top->count + l - 1].box = tree->box;
+    }
+    co_layer_lists_clear(&lists);
     return is_built;
 }
 
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err)
 {
-    CO_CHECK_NULL(count < CO_REF_NONE, err, COHORT_ERROR_LIMIT,
-                  "a group of more than 2^31 - 2 instances; split it into groups");
+    CO_CHECK_NULL(count < CO_REF_NONE / 2, err, COHORT_ERROR_LIMIT,
+                  "a group of more than 2^30 - 1 instances; split it into groups");
     CoTop *top = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *top);
-    CoPrimArray prims = {.capacity = count};
-    prims.prims = co_alloc(CO_MEMORY_ACCEL, count * sizeof *prims.prims);
-    bool is_built = top && (prims.prims || count == 0);
+    bool is_built = top != NULL;
     if (is_built && count) {
         top->count = count;
         top->placed = co_alloc(CO_MEMORY_ACCEL, count * sizeof *top->placed);
         is_built = top->placed != NULL;
     }
     if (is_built && survey(top, instances, objects)) {
-        prims.count = list_prims(top, prims.prims);
         is_built = top->depth <= CO_GROUP_DEPTH_MAX ||
                    CO_FAIL(err, COHORT_ERROR_LIMIT, "groups are nested more than %d deep",
                            CO_GROUP_DEPTH_MAX);
-        is_built = is_built && build_tree(top, &prims, err);
+        is_built = is_built && build_trees(top, err);
     } else {
         is_built = CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "no memory for a group of %u instances",
                            count);
     }
-    co_prims_free(&prims);
     if (!is_built) {
         co_top_destroy(top);
         return NULL;
@@ -234,12 +216,15 @@ void co_top_destroy(CoTop *top)
         return;
     co_tree_clear(&top->tree);
     co_bake_clear(top);
-    co_free(CO_MEMORY_ACCEL, top->placed, top->count * sizeof *top->placed);
+    co_free(CO_MEMORY_ACCEL, top->placed,
+            ((size_t)top->count + top->layer_count) * sizeof *top->placed);
+    co_layers_clear(top);
     co_free(CO_MEMORY_ACCEL, top, sizeof *top);
 }
 
 size_t co_top_bytes(const CoTop *top)
 {
     return sizeof *top + top->tree.node_capacity * sizeof *top->tree.nodes +
-           top->count * sizeof *top->placed + co_bake_bytes(top);
+           ((size_t)top->count + top->layer_count) * sizeof *top->placed + co_bake_bytes(top) +
+           co_layers_bytes(top);
 }

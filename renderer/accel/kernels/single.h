@@ -122,7 +122,8 @@ static inline Walk walk_of(const CoObject *object, uint32_t path)
     return (Walk){.tree = object->top ? &object->top->tree : &object->bvh->tree,
                   .bvh = object->top ? NULL : object->bvh,
                   .object = object,
-                  .path = path};
+                  .path = path,
+                  .is_in_place = !object->top || object->top->is_in_place};
 }
 
 // Below an instance.
@@ -134,6 +135,17 @@ static inline Walk walk_of_placed(const CoPlaced *placed, const CoObject *object
         walk.bvh = placed->bvh;
     }
     return walk;
+}
+
+// Of a layer of the group that is walked.
+static inline Walk walk_of_layer(const Walk *walk, uint32_t index)
+{
+    const CoTop *top = walk->object->top;
+    const CoLayer *layer = &top->layers[index - top->count];
+    Walk below = *walk;
+    below.tree = &layer->tree;
+    below.is_in_place = layer->is_in_place;
+    return below;
 }
 
 // One ray against a leaf. Returns true when it needs no more.
@@ -303,11 +315,27 @@ static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const Co
     offer_pierced(group, inner, &leaf, &shear, pierced, path, &hits);
 }
 
-// One ray of a group's space through one of its instances, in a space of its own.
+// One ray through a layer of its group: it stays what it is, but is prepared for less space.
+static __attribute__((noinline)) void enter_layer(Group *group, Ray *ray, const Walk *walk,
+                                                  uint32_t index)
+{
+    const Walk below = walk_of_layer(walk, index);
+    const bool is_tight = below.is_in_place && ray_is_plain(ray);
+    Ray inner = *ray;
+    if (ray_set_origin(&inner, &below.tree->box, is_tight ? 0.0f : CO_TRANSFORM_SLACK))
+        walk_single(group, &inner, &below, is_tight);
+    ray->to = float_min(ray->to, group->best_t[ray->slot]);
+}
+
+// One ray of a group's space through one of its instances, in a space of its own, or a layer.
 static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, const Walk *walk,
                                                      uint32_t index)
 {
     const CoPlaced *placed = &walk->object->top->placed[index];
+    if (placed->is_layer) {
+        enter_layer(group, ray, walk, index);
+        return;
+    }
     const CoInstance *instance = &walk->object->instances[index];
     const CoObject *object = &group->scene->objects[instance->object];
     const bool is_leaf = placed->root && !placed->bvh->patches;
@@ -338,7 +366,7 @@ static __attribute__((noinline)) void enter_instance(Group *group, Ray *ray, con
 static void trace_each(Group *group, Rays *rays, const CoObject *root)
 {
     const Walk walk = walk_of(root, 0);
-    const bool is_tight = root->top->is_in_place;
+    const bool is_tight = walk.is_in_place;
     rays_prepare(rays, &walk.tree->box, is_tight ? 0.0f : CO_TRANSFORM_SLACK);
     for (uint32_t j = 0; j < rays->count; j++) {
         Ray ray;

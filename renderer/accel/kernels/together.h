@@ -234,11 +234,10 @@ static inline bool is_scattered(const Rays *rays, uint64_t all)
 static void trace_object(Group *group, Rays *rays, const Walk *object)
 {
     const Walk walk = *object;
-    const CoTop *top = walk.bvh ? NULL : walk.object->top;
     // Where nothing is transformed, nothing is off.
-    rays->is_tight = !top || top->is_in_place;
+    rays->is_tight = walk.is_in_place;
     rays_prepare(rays, &walk.tree->box, rays->is_tight ? 0.0f : CO_TRANSFORM_SLACK);
-    if (top && rays->is_tight && rays->signed_zero) {
+    if (!walk.bvh && rays->is_tight && rays->signed_zero) {
         rays->is_tight = false;
         rays_prepare(rays, &walk.tree->box, CO_TRANSFORM_SLACK);
     }
@@ -253,9 +252,10 @@ static void trace_object(Group *group, Rays *rays, const Walk *object)
     }
 }
 
-// Takes those of the rays `active` that meet the box to the end of `inner`.
+// Takes those of the rays `active` that meet the box to the end of `inner`. Of an instance: hits
+// are within the box.
 static inline void take_inner(const Rays *rays, const StreamSlabs *slabs, uint64_t active,
-                              const CoBox *box, Rays *inner)
+                              const CoBox *box, bool is_instance, Rays *inner)
 {
     for (uint32_t j = 0; next_vector(active, &j); j += CO_WIDE_WIDTH) {
         CoWide lane[10];
@@ -269,6 +269,9 @@ static inline void take_inner(const Rays *rays, const StreamSlabs *slabs, uint64
         lane[9] = co_wide_min(co_wide_load(rays->to + j), lane[7]);
         bits &= co_wide_bits(co_wide_le(lane[8], lane[9])) & (uint32_t)(active >> j);
         bits &= (uint32_t)WIDE_MASK;
+        const float *const own[4] = {rays->entry, rays->exit, rays->from, rays->to};
+        for (int f = 0; f < 4 && !is_instance; f++)
+            lane[6 + f] = co_wide_load(own[f] + j);
         float *const to[10] = {inner->org[0], inner->org[1], inner->org[2], inner->dir[0],
                                inner->dir[1], inner->dir[2], inner->entry,  inner->exit,
                                inner->from,   inner->to};
@@ -313,7 +316,33 @@ static void walk_in_place(Stream *stream, uint64_t active, const Walk *below)
     stream->slabs = slabs;
 }
 
-// Rays `active` of a group's space through one of its instances.
+// Rays that were taken from others, transformed unless that is NULL, and tells these where they end
+// now.
+static inline void trace_inner(Group *group, Rays *rays, Rays *inner, const CoAffine *to_object,
+                               const Walk *below)
+{
+    if (inner->count == 0)
+        return;
+    inner->is_in_order = rays->is_in_order && inner->count == rays->count;
+    rays_pad(inner);
+    if (to_object)
+        rays_transform(inner, to_object);
+    trace_object(group, inner, below);
+    for (uint32_t n = 0; n < inner->count; n++)
+        rays_settle(rays, inner->outer[n], group->best_t[inner->slot[n]]);
+}
+
+// Rays `active` through a layer of their group. In a function of its own: most groups have none.
+static __attribute__((noinline)) void trace_layer(Stream *stream, uint64_t active, uint32_t index)
+{
+    const Walk below = walk_of_layer(stream->walk, index);
+    Rays inner;
+    inner.count = 0;
+    take_inner(stream->rays, &stream->slabs, active, &below.tree->box, false, &inner);
+    trace_inner(stream->group, stream->rays, &inner, NULL, &below);
+}
+
+// Rays `active` of a group's space through one of its instances, or a layer.
 static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
 {
     Group *group = stream->group;
@@ -322,8 +351,12 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
     const uint32_t path = stream->walk->path + placed->first_path;
     active = not_hidden(group, rays, active, placed);
     if (placed->is_in_place && active && !(active & rays->signed_zero)) {
-        const Walk below = {&placed->bvh->tree, placed->bvh, NULL, path, true};
+        const Walk below = {&placed->bvh->tree, placed->bvh, NULL, path, true, true};
         walk_in_place(stream, active, &below);
+        return;
+    }
+    if (placed->is_layer) {
+        trace_layer(stream, active, index);
         return;
     }
     const CoInstance *instance = &stream->walk->object->instances[index];
@@ -332,17 +365,9 @@ static void trace_instance(Stream *stream, uint64_t active, uint32_t index)
         return;
     Rays inner;
     inner.count = 0;
-    inner.is_in_order = false;
-    take_inner(rays, &stream->slabs, active, &placed->box, &inner);
-    if (inner.count == 0)
-        return;
-    rays_pad(&inner);
-    if (!placed->is_baked)
-        rays_transform(&inner, &instance->to_object);
+    take_inner(rays, &stream->slabs, active, &placed->box, true, &inner);
     const Walk below = walk_of_placed(placed, object, path);
-    trace_object(group, &inner, &below);
-    for (uint32_t n = 0; n < inner.count; n++)
-        rays_settle(rays, inner.outer[n], group->best_t[inner.slot[n]]);
+    trace_inner(group, rays, &inner, placed->is_baked ? NULL : &instance->to_object, &below);
 }
 
 #endif

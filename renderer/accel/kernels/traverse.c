@@ -57,8 +57,9 @@ typedef struct Walk {
     const CoTree *tree;
     const CoBvh *bvh;
     const CoObject *object;
-    uint32_t path;  // of the mesh; first one of the group
-    bool is_placed; // a mesh that stands in a group as it is: the rays are those of the group
+    uint32_t path;    // of the mesh; first one of the group
+    bool is_placed;   // a mesh that stands in a group as it is: the rays are those of the group
+    bool is_in_place; // nothing below is transformed
 } Walk;
 
 static inline void count_nodes(Group *group, const Walk *walk, uint32_t fetched, uint32_t tested)
@@ -437,7 +438,7 @@ static bool next_of_ray(Group *group, const CoAccelScene *scene, Ray *ray)
     if (!root->top || is_empty(root))
         return false;
     const Walk walk = walk_of(root, 0);
-    const bool is_tight = root->top->is_in_place && ray_is_plain(ray);
+    const bool is_tight = walk.is_in_place && ray_is_plain(ray);
     if (!ray_prepare(ray, &walk.tree->box, is_tight ? 0.0f : CO_TRANSFORM_SLACK))
         return false;
     walk_single(group, ray, &walk, is_tight);
