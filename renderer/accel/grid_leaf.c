@@ -22,7 +22,8 @@ static Tile find_tile(const CoPatchTable *table, uint32_t id)
     if (table->level > CO_PATCH_TILE_SHIFT)
         tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
     uint32_t room[CO_PATCH_WORDS];
-    tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch, room));
+    if (table->level > 0)
+        tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch, room));
     return tile;
 }
 
@@ -252,7 +253,8 @@ static bool number_patches(const CoPatchTable *table, const uint32_t *patches, s
     uint32_t point_count = 0;
     out->tri_count = 0;
     for (size_t k = 0; k < count; k++) {
-        const uint32_t *words = table->words + (size_t)patches[k] * table->stride;
+        uint32_t room[CO_PATCH_WORDS];
+        const uint32_t *words = co_patch_words(table, patches[k], room);
         const uint32_t tri = co_patch_first_tri(table, patches[k]);
         const uint32_t corners = co_patch_is_fan(table, words) ? 3 : 4;
         uint32_t at[4];
@@ -323,7 +325,7 @@ static void approach(const void *context, const CoBuildPrim *prims, size_t count
 {
     const CoPatchTable *table = ((const CoMesh *)context)->patches;
     for (size_t i = 0; i < count; i++)
-        __builtin_prefetch(table->words + (size_t)prims[i].id * table->stride);
+        co_patch_approach(table, prims[i].id);
 }
 
 static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)

@@ -17,9 +17,7 @@ static inline uint32_t co_grid_valence(const CoMeshShading *s, uint32_t face)
 {
     if (s->grid == CO_GRID_TRIANGLE)
         return 3;
-    if (!s->ptex_first)
-        return 4;
-    uint32_t n = s->ptex_first[face + 1] - s->ptex_first[face];
+    uint32_t n = s->ptex_first ? s->ptex_first[face + 1] - s->ptex_first[face] : s->ptex_each;
     return n == 1 ? 4 : n;
 }
 

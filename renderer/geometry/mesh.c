@@ -148,11 +148,24 @@ static bool same_words(const uint32_t *a, const uint32_t *b, size_t count)
     return (!a && !b) || (a && b && memcmp(a, b, count * sizeof *a) == 0);
 }
 
+// Words, however they are kept.
+static bool same_patch_words(const CoPatchTable *a, const CoPatchTable *b)
+{
+    if (a->words && b->words)
+        return same_words(a->words, b->words, co_patch_word_count(a));
+    for (uint32_t patch = 0; patch < a->count; patch++) {
+        uint32_t left[CO_PATCH_WORDS], right[CO_PATCH_WORDS];
+        if (memcmp(co_patch_words(a, patch, left), co_patch_words(b, patch, right),
+                   a->stride * sizeof *left) != 0)
+            return false;
+    }
+    return true;
+}
+
 static bool same_patches(const CoPatchTable *a, const CoPatchTable *b)
 {
     return a->level == b->level && a->count == b->count && a->stride == b->stride &&
-           a->fold == b->fold && a->is_triangular == b->is_triangular &&
-           same_words(a->words, b->words, co_patch_word_count(a)) &&
+           a->fold == b->fold && a->is_triangular == b->is_triangular && same_patch_words(a, b) &&
            same_words(a->first_tri, b->first_tri, (size_t)a->count + 1);
 }
 
@@ -184,6 +197,10 @@ void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out)
     out->topology = array_bytes(shading, mesh->indices);
     if (mesh->patches)
         out->topology += array_bytes(shading, mesh->patches->words) +
+                         array_bytes(shading, mesh->patches->packs) +
+                         array_bytes(shading, mesh->patches->packed) +
+                         array_bytes(shading, mesh->patches->nears) +
+                         array_bytes(shading, mesh->patches->fars) +
                          array_bytes(shading, mesh->patches->first_tri) +
                          array_bytes(shading, mesh->patches->tri_patch) +
                          array_bytes(shading, mesh->patches->first_tile);

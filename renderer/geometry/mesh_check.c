@@ -157,23 +157,32 @@ static bool check_points(CoMeshBuild *build)
     return true;
 }
 
+static uint32_t ptex_faces_of(int32_t vertex_count)
+{
+    return vertex_count == 4 ? 1 : (uint32_t)vertex_count;
+}
+
 // Walks the faces in order: a quad (and any face of a loop mesh) takes one Ptex face, an n-gon n.
 static bool count_ptex_faces(CoMeshBuild *build)
 {
     const CohortMeshDesc *d = build->desc;
-    bool one_each = true;
+    bool is_even = true; // all faces take as many
     if (d->scheme != COHORT_SCHEME_LOOP)
-        for (size_t f = 0; f < d->face_count && one_each; f++)
-            one_each = d->face_vertex_counts[f] == 4;
-    build->mesh->ptex_face_count = (uint32_t)d->face_count;
-    if (one_each)
+        for (size_t f = 1; f < d->face_count && is_even; f++)
+            is_even = d->face_vertex_counts[f] == d->face_vertex_counts[0];
+    if (is_even) {
+        bool is_one = d->scheme == COHORT_SCHEME_LOOP || d->face_count == 0;
+        uint32_t each = is_one ? 1 : ptex_faces_of(d->face_vertex_counts[0]);
+        build->shading->ptex_each = each;
+        build->mesh->ptex_face_count = each * (uint32_t)d->face_count;
         return true;
+    }
     uint32_t *first = co_mesh_keep(build, d->face_count + 1, sizeof *first);
     CO_MESH_CHECK_MEMORY(build, first);
     uint32_t next = 0; // at most the number of face-vertices, hence no overflow
     for (size_t f = 0; f < d->face_count; f++) {
         first[f] = next;
-        next += d->face_vertex_counts[f] == 4 ? 1 : (uint32_t)d->face_vertex_counts[f];
+        next += ptex_faces_of(d->face_vertex_counts[f]);
     }
     first[d->face_count] = next;
     build->shading->ptex_first = first;

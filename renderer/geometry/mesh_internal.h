@@ -64,7 +64,8 @@ typedef struct CoMeshShading {
     const uint32_t *tri_face;      // polygons: [tri_count]
     const uint32_t *corner_first;  // [face_count] first corner element; NULL if nothing asks, or
     uint32_t corners_each;         // if all faces have as many: that
-    const uint32_t *ptex_first;    // [face_count + 1]; NULL: one Ptex face per face
+    const uint32_t *ptex_first;    // [face_count + 1] first Ptex face; NULL
+    uint32_t ptex_each;            // if all faces have as many: that
     const uint32_t *tri_corners;   // polygon grids: [tri_count * 3] face-vertices
     const uint32_t *face_vertices; // polygon grids with n-gons above 4: [face-vertices] points
     const float *face_centers;     // with face_vertices: [face_count * 3] average of the vertices

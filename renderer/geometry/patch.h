@@ -19,6 +19,8 @@
 #ifndef CO_GEOMETRY_PATCH_H
 #define CO_GEOMETRY_PATCH_H
 
+#include "geometry/patch_pack.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -38,18 +40,36 @@ enum {
 #define CO_PATCH_FLAG 0x80000000u
 #define CO_PATCH_NONE 0xffffffffu
 
+// Three corners and the middles of three edges, in few bytes: of each three the first, and how far
+// the others are from it. Where that is too far, corners[0] says so, and `corner` which of the
+// table's far ones it is.
+typedef struct CoPatchNear {
+    uint32_t corner, edge;
+    int16_t corners[2], edges[2];
+} CoPatchNear;
+_Static_assert(sizeof(CoPatchNear) == 16, "a quarter of a cache line");
+#define CO_PATCH_FAR INT16_MIN
+enum {
+    CO_PATCH_NEAR_POINTS = 6
+};
+
 typedef struct CoPatchTable {
     uint32_t level; // of the finest patch, or of the finest face where some are split and some not
     bool is_triangular, is_mixed;
-    uint32_t count, stride;     // patches, and words of one, or of a face, see fold
-    uint32_t fold;              // 3: of triangles split in 3, words are by face; else 0
-    const uint32_t *words;      // [count * stride]
-    uint32_t unit_shift;        // log2 of triangles per patch, or of what tri_patch counts
-    const uint32_t *first_tri;  // [count + 1], NULL: all have the same number
-    const uint32_t *tri_patch;  // with first_tri: patch of triangle k << unit_shift, then the last
-    const uint32_t *first_tile; // [count + 1], with first_tri above level 3: see patch_tile.h
-    uint32_t per_face;          // patches of each face of the cage, where all have as many; else 0
-    const uint32_t *face;       // [count] then face of the cage
+    uint32_t count, stride;      // patches, and words of one, or of a face, see fold
+    uint32_t fold;               // 3: of triangles split in 3, words are by face; else 0
+    const uint32_t *words;       // [count * stride]; NULL: packed, or near
+    const CoPatchPack *packs;    // of level 0, not of folded tables, see patch_pack.h; or NULL
+    const unsigned char *packed; // with packs, their bits
+    const CoPatchNear *nears;    // of patches, or of faces of a folded table; or NULL
+    const uint32_t *fars;        // with nears, the points of those that are not near
+    uint32_t center;             // with nears of faces: inside the first; those of others follow
+    uint32_t unit_shift;         // log2 of triangles per patch, or of what tri_patch counts
+    const uint32_t *first_tri;   // [count + 1], NULL: all have the same number
+    const uint32_t *tri_patch;   // with first_tri: patch of triangle k << unit_shift, then the last
+    const uint32_t *first_tile;  // [count + 1], with first_tri above level 3: see patch_tile.h
+    uint32_t per_face;           // patches of each face of the cage, where all have as many; else 0
+    const uint32_t *face;        // [count] then face of the cage
 } CoPatchTable;
 
 // Point t along an edge that is this word.
@@ -85,11 +105,53 @@ static inline void co_patch_unfold(const CoPatchTable *table, const uint32_t *fa
     words[CO_PATCH_INNER] = center + 1 + n * spoke + k * spoke * spoke;
 }
 
+static inline uint32_t co_patch_near_point(uint32_t first, int32_t step)
+{
+    return first + (uint32_t)step;
+}
+
+// The corners of a patch or face that is near, then the middles of its edges.
+static inline void co_patch_near_points(const CoPatchTable *table, uint32_t k,
+                                        uint32_t out[CO_PATCH_NEAR_POINTS])
+{
+    const CoPatchNear *near = &table->nears[k];
+    if (near->corners[0] == CO_PATCH_FAR) {
+        memcpy(out, table->fars + (size_t)near->corner * CO_PATCH_NEAR_POINTS,
+               CO_PATCH_NEAR_POINTS * sizeof *out);
+        return;
+    }
+    out[0] = near->corner;
+    out[1] = co_patch_near_point(near->corner, near->corners[0]);
+    out[2] = co_patch_near_point(near->corner, near->corners[1]);
+    out[3] = near->edge;
+    out[4] = co_patch_near_point(near->edge, near->edges[0]);
+    out[5] = co_patch_near_point(near->edge, near->edges[1]);
+}
+
+// The words of a patch, or of a face of a folded table, that is near.
+static inline void co_patch_near_words(const CoPatchTable *table, uint32_t k,
+                                       uint32_t words[CO_PATCH_WORDS_TRIANGULAR])
+{
+    uint32_t points[CO_PATCH_NEAR_POINTS];
+    co_patch_near_points(table, k, points);
+    const uint32_t edge = table->fold ? 3 : CO_PATCH_EDGE;
+    for (uint32_t c = 0; c < 3; c++) {
+        words[c] = points[c];
+        words[edge + c] = points[3 + c] - 1;
+    }
+    words[table->fold ? 6 : CO_PATCH_INNER_TRIANGULAR] = table->fold ? table->center + k : 0;
+}
+
 // Points of a face of triangles in a folded table of level 0, as many as it has words: corners,
 // then the middles of edges, unless patches are fans, then the center.
 static inline uint32_t co_patch_face_points(const CoPatchTable *table, uint32_t face,
                                             uint32_t out[7])
 {
+    if (table->nears) {
+        co_patch_near_points(table, face, out);
+        out[CO_PATCH_NEAR_POINTS] = table->center + face;
+        return table->stride;
+    }
     const uint32_t *words = table->words + (size_t)face * table->stride;
     for (uint32_t k = 0; k < 3; k++)
         out[k] = words[k];
@@ -105,14 +167,34 @@ static inline size_t co_patch_word_count(const CoPatchTable *table)
     return (size_t)table->count / (table->fold ? 3 : 1) * table->stride;
 }
 
+// Asks for the words of a patch.
+static inline void co_patch_approach(const CoPatchTable *table, uint32_t patch)
+{
+    if (table->packs)
+        __builtin_prefetch(table->packed + co_patch_pack_place(table->packs, patch) / 8);
+    else
+        __builtin_prefetch(table->words + (size_t)patch * table->stride);
+}
+
 // The words of a patch; `room` is for those that have to be put together.
 static inline const uint32_t *co_patch_words(const CoPatchTable *table, uint32_t patch,
                                              uint32_t room[CO_PATCH_WORDS])
 {
+    if (table->packs) {
+        co_patch_unpack(table->packs, table->packed, patch, room);
+        return room;
+    }
+    if (!table->fold && table->nears) {
+        co_patch_near_words(table, patch, room);
+        return room;
+    }
     if (!table->fold)
         return table->words + (size_t)patch * table->stride;
-    uint32_t face = patch / 3;
-    co_patch_unfold(table, table->words + (size_t)face * table->stride, patch % 3, room);
+    uint32_t face = patch / 3, own[CO_PATCH_WORDS_TRIANGULAR];
+    if (table->nears)
+        co_patch_near_words(table, face, own);
+    const uint32_t *words = table->nears ? own : table->words + (size_t)face * table->stride;
+    co_patch_unfold(table, words, patch % 3, room);
     return room;
 }
 

@@ -176,5 +176,6 @@ void co_surface_find_ptex(const CoMesh *mesh, const CoGridPlace *g, uint32_t tri
         polygon_ptex(mesh, g, out);
     out->ptex_u = co_clamp(out->ptex_u, 0.0f, 1.0f);
     out->ptex_v = co_clamp(out->ptex_v, 0.0f, 1.0f);
-    out->ptex_face += s->ptex_face_offset + (s->ptex_first ? s->ptex_first[g->face] : g->face);
+    out->ptex_face +=
+        s->ptex_face_offset + (s->ptex_first ? s->ptex_first[g->face] : g->face * s->ptex_each);
 }

@@ -95,6 +95,14 @@ bool co_subdivision_make_rates(CoSubdivision *s);
 // subdivide_patch.c
 bool co_subdivision_make_patches(CoSubdivision *s);
 
+// subdivide_words.c: whether there is a shorter form of the words that the table's kernels can do
+// with; room for the words, zeroed, NULL when out of memory; and that form, or the words if they
+// are less, into the table.
+bool co_subdivision_is_short(const CoPatchTable *table);
+uint32_t *co_subdivision_alloc_words(CoMeshBuild *build, const CoPatchTable *table,
+                                     bool is_scratch);
+bool co_subdivision_shorten_words(CoMeshBuild *build, CoPatchTable *table, const uint32_t *words);
+
 // subdivide_normals.c: what eval has found per corner element, kept where faces do not share it.
 bool co_subdivision_share_normals(CoSubdivision *s);
 

@@ -259,6 +259,23 @@ static uint32_t stride_of(const CoSubdivision *s, const CoPatchTable *table)
     return words + (table->is_mixed ? 1 : 0);
 }
 
+static bool make_words(CoSubdivision *s, CoPatchTable *table)
+{
+    CoMeshBuild *build = s->build;
+    const bool is_short = co_subdivision_is_short(table);
+    uint32_t *words = co_subdivision_alloc_words(build, table, is_short);
+    CO_MESH_CHECK_MEMORY(build, words);
+    PatchJob job = {s, words, table->stride, table->fold};
+    co_parallel_for(s->face_count, 256, fill_faces, &job);
+    if (!is_short) {
+        table->words = words;
+        return true;
+    }
+    bool ok = co_subdivision_shorten_words(build, table, words);
+    co_mesh_block_drop(&build->scratch, words);
+    return ok;
+}
+
 bool co_subdivision_make_patches(CoSubdivision *s)
 {
     CoMeshBuild *build = s->build;
@@ -271,14 +288,8 @@ bool co_subdivision_make_patches(CoSubdivision *s)
     table->count = s->patch_count;
     table->fold = is_folded(s, table) ? 3 : 0;
     table->stride = stride_of(s, table);
-    // Kernels read all words of a quad, however many there are.
-    const size_t room = table->stride < CO_PATCH_WORDS ? CO_PATCH_WORDS - table->stride : 0;
-    uint32_t *words = co_mesh_keep(build, co_patch_word_count(table) + room, sizeof *words);
-    CO_MESH_CHECK_MEMORY(build, words);
-    table->words = words;
-    PatchJob job = {s, words, table->stride, table->fold};
-    co_parallel_for(s->face_count, 256, fill_faces, &job);
-    if (!find_faces(s, table) || !find_face_patches(s, table) || !find_triangles(s, table))
+    if (!make_words(s, table) || !find_faces(s, table) || !find_face_patches(s, table) ||
+        !find_triangles(s, table))
         return false;
     build->mesh->patches = build->shading->patches = table;
     return true;

@@ -4,6 +4,19 @@
 #ifndef CO_ACCEL_KERNELS_GRID_LISTS_H
 #define CO_ACCEL_KERNELS_GRID_LISTS_H
 
+// Points of one that is near, in the order of its plan.
+static inline void near_indices(const CoPatchTable *table, uint32_t patch, uint32_t out[8])
+{
+    uint32_t points[CO_PATCH_NEAR_POINTS];
+    co_patch_near_points(table, patch, points);
+    out[0] = points[0];
+    out[1] = points[3];
+    out[2] = points[1];
+    out[3] = points[5];
+    out[4] = points[4];
+    out[5] = out[6] = out[7] = points[2];
+}
+
 // Up to 2 triangular patches with 2 squares a side, by plan.
 static inline CoTriLeaf open_planned_pair(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                           GridBlock *block)
@@ -11,7 +24,11 @@ static inline CoTriLeaf open_planned_pair(const CoBvh *bvh, const uint32_t *patc
     const CoPatchTable *table = bvh->patches;
     const CoGridPlan *plan = bvh->plans;
     const uint32_t second = patches[count > 1 ? 1 : 0];
-    for (uint32_t i = 0; i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
+    if (table->nears) {
+        near_indices(table, patches[0], block->index);
+        near_indices(table, second, block->index + 8);
+    }
+    for (uint32_t i = 0; !table->nears && i < CO_LEAF_WIDTH; i += CO_LANE_WIDTH) {
         const uint32_t patch = i < 8 ? patches[0] : second, at = i % 8;
         const uint32_t *words = table->words + (size_t)patch * table->stride;
         co_lane_along(words, plan->word + at, plan->step + at, block->index + i);
