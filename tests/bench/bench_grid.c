@@ -19,10 +19,12 @@ enum {
     ROUNDS_MAX = 15
 };
 
-static const char usage[] = "usage: bench_grid [TRIANGLES [ROUNDS [LEVEL]]]\n"
+static const char usage[] = "usage: bench_grid [TRIANGLES [ROUNDS [LEVEL [SHAPE]]]]\n"
                             "  TRIANGLES  about so many at each level (1e6)\n"
                             "  ROUNDS     the median of which counts, at most 15 (5)\n"
                             "  LEVEL      of subdivision, 0 to 4 (all)\n"
+                            "  SHAPE      of faces: quads, split (triangles under\n"
+                            "             Catmull-Clark) or loop (quads)\n"
                             "BENCH_EMBREE_CONFIG in the environment configures Embree's device.\n";
 
 static double cpu_seconds(void)
@@ -30,32 +32,44 @@ static double cpu_seconds(void)
     return bench_seconds(CLOCK_PROCESS_CPUTIME_ID);
 }
 
-// A bumpy torus of n x n / 2 quads.
-static CoMesh make_torus(int n, uint32_t level)
+// What the cage is of.
+typedef enum Shape {
+    QUADS,
+    SPLIT,
+    LOOP
+} Shape;
+
+// A bumpy torus of n x n / 2 quads, or of twice as many triangles.
+static CoMesh make_torus(int n, uint32_t level, Shape shape)
 {
+    const int each = shape == QUADS ? 1 : 2, corners = shape == QUADS ? 4 : 6;
     int m = n / 2, faces = n * m;
     float *points = malloc(sizeof(float) * 3 * (size_t)faces);
-    int32_t *counts = malloc(sizeof(int32_t) * (size_t)faces);
-    int32_t *indices = malloc(sizeof(int32_t) * 4 * (size_t)faces);
+    int32_t *counts = malloc(sizeof(int32_t) * (size_t)(faces * each));
+    int32_t *indices = malloc(sizeof(int32_t) * (size_t)(faces * corners));
     for (int k = 0; k < faces; k++) {
         int i = k % n, j = k / n, next = (i + 1) % n, up = (j + 1) % m;
         double a = 6.283185307179586 * i / n, b = 6.283185307179586 * j / m;
         double r = 1.0 + 0.1 * sin(9.0 * a) * cos(7.0 * b);
         const double p[3] = {(3 + r * cos(b)) * cos(a), (3 + r * cos(b)) * sin(a), r * sin(b)};
         const int32_t quad[4] = {j * n + i, j * n + next, up * n + next, up * n + i};
+        const int32_t halves[6] = {quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]};
         for (int c = 0; c < 3; c++)
             points[3 * k + c] = (float)p[c];
-        counts[k] = 4;
-        memcpy(indices + 4 * k, quad, sizeof quad);
+        for (int f = 0; f < each; f++)
+            counts[each * k + f] = corners / each;
+        memcpy(indices + corners * k, shape == QUADS ? quad : halves,
+               (size_t)corners * sizeof *quad);
     }
-    CohortMeshDesc desc = {.scheme = COHORT_SCHEME_CATMULL_CLARK,
+    CohortMeshDesc desc = {.scheme =
+                               shape == LOOP ? COHORT_SCHEME_LOOP : COHORT_SCHEME_CATMULL_CLARK,
                            .level = level,
                            .points = points,
                            .point_count = (size_t)faces,
                            .face_vertex_counts = counts,
-                           .face_count = (size_t)faces,
+                           .face_count = (size_t)(faces * each),
                            .face_vertex_indices = indices,
-                           .face_vertex_index_count = 4 * (size_t)faces};
+                           .face_vertex_index_count = (size_t)(faces * corners)};
     CoMesh mesh;
     CohortError err = {0};
     if (!co_mesh_create(&desc, &mesh, NULL, NULL, &err)) {
@@ -229,11 +243,13 @@ static void print_rays(const char *name, const Place *places, int rounds, bool i
     hits_free(&hits[1]);
 }
 
-static void run(uint32_t level, double triangles, int rounds)
+static void run(uint32_t level, double triangles, int rounds, Shape shape)
 {
-    int n = (int)sqrt(triangles / (double)(1u << 2 * level)) / 2 * 2;
+    // A triangle split in three quads has half as many triangles more.
+    const double most = shape == SPLIT && level > 0 ? triangles / 1.5 : triangles;
+    int n = (int)sqrt(most / (double)(1u << 2 * level)) / 2 * 2;
     double start = cpu_seconds(), times[3][ROUNDS_MAX] = {{0.0}};
-    CoMesh meshes[2] = {make_torus(n, level)};
+    CoMesh meshes[2] = {make_torus(n, level, shape)};
     double tessellation = cpu_seconds() - start;
     meshes[1] = loosen(&meshes[0]);
     void *embree[2] = {NULL, NULL};
@@ -243,7 +259,8 @@ static void run(uint32_t level, double triangles, int rounds)
     rtcSetDeviceMemoryMonitorFunction(device, count_bytes, NULL);
     for (int r = 0; r < rounds; r++) {
         for (int k = 0; k < 2; k++) {
-            EmbreeScene scene = embree_scene(device, &meshes[k]);
+            // Grids are of quads.
+            EmbreeScene scene = embree_scene(device, &meshes[shape == QUADS ? k : 1]);
             times[2][r] = k == 0 ? scene.build_seconds : times[2][r];
             bytes[k] = (double)scene.bytes;
             if (r + 1 < rounds)
@@ -292,14 +309,19 @@ static void run(uint32_t level, double triangles, int rounds)
 int main(int argc, char **argv)
 {
     double triangles = 1e6, rounds = 5, level = LEVELS;
+    const char *shape = "quads";
     const BenchArgument arguments[] = {
         {.name = "TRIANGLES", .number = &triangles, .least = 1e5, .most = 1e9},
         {.name = "ROUNDS", .number = &rounds, .least = 1, .most = ROUNDS_MAX},
-        {.name = "LEVEL", .number = &level, .most = LEVELS - 1}};
+        {.name = "LEVEL", .number = &level, .most = LEVELS - 1},
+        {.name = "SHAPE", .text = &shape, .words = "quads,split,loop"}};
     bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
     co_worker_count_set(1);
     for (uint32_t i = 0; i < LEVELS; i++)
         if (level >= LEVELS || (uint32_t)level == i)
-            run(i, triangles, (int)rounds);
+            run(i, triangles, (int)rounds,
+                shape[0] == 'q'   ? QUADS
+                : shape[0] == 's' ? SPLIT
+                                  : LOOP);
     return 0;
 }
