@@ -276,6 +276,19 @@ static void sweep(const char *path)
         closedir(files);
 }
 
+// By making it, which alone knows of rights, quotas and file systems that are read alone.
+static bool check_creation(const char *name, CohortError *err)
+{
+    int file = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    CO_CHECK(file >= 0, err, COHORT_ERROR_FILE_WRITE,
+             "cannot write into folder %.*s for converted textures: %s; name another one with "
+             "--converted",
+             (int)(strrchr(name, '/') - name), name, strerror(errno));
+    close(file);
+    unlink(name);
+    return true;
+}
+
 bool co_converted_temporary(const char *path, char **out, CohortError *err)
 {
     sweep(path);
@@ -287,6 +300,8 @@ bool co_converted_temporary(const char *path, char **out, CohortError *err)
                           (long)getpid(), now.tv_nsec, extension);
     CO_CHECK(length > 0 && (size_t)length < sizeof name, err, COHORT_ERROR_LIMIT,
              "path too long: %s", path);
+    if (!check_creation(name, err))
+        return false;
     *out = co_path_copy(name);
     CO_CHECK_MEMORY(*out, err);
     return true;

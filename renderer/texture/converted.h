@@ -38,6 +38,7 @@ bool co_converted_room(const char *path, size_t bytes, CohortError *err);
 
 // A name beside `path`, which co_converted_path has given, to write to before co_converted_publish
 // moves it there in one step. Such files that have not been written to for an hour are removed.
+// False, with the way out, where none can be made.
 bool co_converted_temporary(const char *path, char **out, CohortError *err);
 bool co_converted_publish(const char *temporary, const char *path, CohortError *err);
 

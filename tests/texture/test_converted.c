@@ -120,6 +120,19 @@ static void what_was_left_behind_is_swept(void **state)
         assert_int_equal(access(in_folder(names[i]), F_OK) == 0, i > 0);
 }
 
+// Root may write into any folder but those of the kernel.
+static void folders_that_take_no_files_are_named(void **state)
+{
+    (void)state;
+    char *temporary = NULL;
+    CohortError err = {0};
+    assert_false(co_converted_temporary("/proc/x.exr", &temporary, &err));
+    assert_null(temporary);
+    assert_int_equal(err.code, COHORT_ERROR_FILE_WRITE);
+    assert_non_null(strstr(err.message, "folder /proc for"));
+    assert_non_null(strstr(err.message, "--converted"));
+}
+
 static void files_are_published_in_one_step(void **state)
 {
     (void)state;
@@ -184,6 +197,7 @@ int main(void)
         cmocka_unit_test(colors_are_converted_and_the_rest_is_kept),
         cmocka_unit_test(names_tell_what_a_file_was_made_from),
         cmocka_unit_test(what_was_left_behind_is_swept),
+        cmocka_unit_test(folders_that_take_no_files_are_named),
         cmocka_unit_test(files_are_published_in_one_step),
         cmocka_unit_test(room_is_asked_of_disks_that_know),
     };
