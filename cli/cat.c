@@ -31,8 +31,10 @@ int command_cat(int argc, char **argv)
         {"help", 'h', OPTION_FLAG, &wants_help, 0, 0, NULL, NULL, "show this"},
     };
     static const CommandHead head = {
-        "cat", "cohort cat LAYER [options]\n\nWrites a USD text layer back as USDA.\n\n", NULL, 1,
-        "one layer"};
+        "cat", "cohort cat LAYER [options]\n\nWrites a USD text layer back as USDA.\n\n",
+        "\nExit codes: 0 written, 2 usage, 3 the layer cannot be loaded, 4 a file or\n"
+        "standard output cannot be written.\n",
+        1, "one layer"};
     int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
                                     argv, &first);
     if (code >= 0)

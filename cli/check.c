@@ -289,10 +289,11 @@ int command_check(int argc, char **argv)
     };
     static const CommandHead head = {
         "check",
-        "cohort check STAGE [options]\n\nSays what is broken in a stage and what will not be "
-        "honored.\nExit status: 0 sound (warnings at most), 1 errors, 2 usage, 3 cannot be "
-        "read.\n\n",
-        NULL, 1, "one stage"};
+        "cohort check STAGE [options]\n\n"
+        "Says what is broken in a stage and what will not be honored.\n\n",
+        "\nExit codes: 0 sound (warnings at most), 1 errors, 2 usage, 3 the stage cannot be\n"
+        "loaded, 4 standard output cannot be written.\n",
+        1, "one stage"};
     int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
                                     argv, &first);
     return code >= 0 ? code : run(argv[first], &options);

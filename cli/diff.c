@@ -86,9 +86,10 @@ int command_diff(int argc, char **argv)
         "diff",
         "cohort diff A.exr B.exr [options]\n\n"
         "Prints relMSE = mean (A - B)^2 / (B^2 + 0.01) of R, G, B, the largest difference of\n"
-        "any channel, and how many values differ in any bit. Exit code 0: equal within the\n"
-        "tolerance, 1: not, 2: usage, 3: a file cannot be read.\n\n",
-        NULL, 2, "two images"};
+        "any channel, and how many values differ in any bit.\n\n",
+        "\nExit codes: 0 equal within the tolerance, 1 different, 2 usage, 3 a file cannot be\n"
+        "read, 4 standard output cannot be written.\n",
+        2, "two images"};
     int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
                                     argv, &first);
     if (code >= 0)

@@ -11,7 +11,9 @@
 #include <string.h>
 
 enum {
-    OPTIONS_MAX = 64
+    OPTIONS_MAX = 64,
+    HELP_LEFT = 34,  // columns between which
+    HELP_RIGHT = 100 // options are explained
 };
 
 static bool is_choice(const char *choices, const char *text)
@@ -137,6 +139,21 @@ int options_parse(const char *command, const Option *table, size_t count, int ar
     return 0;
 }
 
+// Words from a column on, which the cursor is in.
+static void print_wrapped(const char *text)
+{
+    size_t at = HELP_LEFT;
+    for (size_t word; (word = strcspn(text, " ")) > 0; text += word + strspn(text + word, " ")) {
+        if (at > HELP_LEFT && at + 1 + word > HELP_RIGHT) {
+            printf("\n%*s", HELP_LEFT, "");
+            at = HELP_LEFT;
+        }
+        at += word + (at > HELP_LEFT);
+        printf("%s%.*s", at > HELP_LEFT + word ? " " : "", (int)word, text);
+    }
+    putchar('\n');
+}
+
 void options_help(const Option *table, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
@@ -149,10 +166,10 @@ void options_help(const Option *table, size_t count)
                      o->choices    ? o->choices
                      : o->argument ? o->argument
                                    : "VALUE");
-        if (strlen(left) > 32)
-            printf("%s\n%34s%s\n", left, "", o->help);
-        else
-            printf("%-34s%s\n", left, o->help);
+        bool is_long = strlen(left) + 2 > HELP_LEFT;
+        printf("%s%s%*s", left, is_long ? "\n" : "", HELP_LEFT - (is_long ? 0 : (int)strlen(left)),
+               "");
+        print_wrapped(o->help);
     }
 }
 

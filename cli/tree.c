@@ -90,7 +90,9 @@ int command_tree(int argc, char **argv)
     static const CommandHead head = {
         "tree",
         "cohort tree STAGE [options]\n\nPrints prims with types, kinds, variants and arcs.\n\n",
-        NULL, 1, "one stage"};
+        "\nExit codes: 0 written, 2 usage, 3 the stage cannot be loaded, 4 standard output\n"
+        "cannot be written.\n",
+        1, "one stage"};
     int first, code = options_begin(&head, table, sizeof table / sizeof table[0], &wants_help, argc,
                                     argv, &first);
     if (code >= 0)

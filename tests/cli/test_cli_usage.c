@@ -12,17 +12,22 @@
 static void help_of_every_command(void **state)
 {
     (void)state;
-    static const char *const commands[] = {"render", "cat", "diff"};
+    static const char *const commands[] = {"render", "cat", "tree", "check", "diff"};
     Ran ran;
     command_run(&ran, "--help");
     assert_int_equal(ran.code, 0);
-    for (int i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         assert_non_null(strstr(ran.out, commands[i]));
         Ran own;
         command_run(&own, "%s --help", commands[i]);
         assert_int_equal(own.code, 0);
         assert_non_null(strstr(own.out, commands[i]));
         assert_non_null(strstr(own.out, "--help"));
+        const char *codes = strstr(own.out, "\nExit codes: 0 ");
+        assert_non_null(codes);
+        assert_non_null(strstr(codes, " 4 "));
+        for (const char *line = own.out; *line; line += strcspn(line, "\n") + 1)
+            assert_in_range(strcspn(line, "\n"), 0, 100);
         assert_string_equal(own.err, "");
     }
 }
