@@ -24,17 +24,25 @@ enum {
     COMMAND_COUNT = sizeof commands / sizeof commands[0]
 };
 
+// "cannot open FILE: No such file or directory"
+static bool names_file(const char *message, const char *file)
+{
+    const char *at = strstr(message, file);
+    return at && at > message && at[-1] == ' ' && at[strlen(file)] == ':';
+}
+
 void print_failure(const char *severity, const CohortError *err)
 {
     char text[2 * sizeof err->message];
+    bool has_place = err->line || (err->file[0] && !names_file(err->message, err->file));
     fprintf(stderr, "cohort: ");
-    if (err->file[0])
+    if (has_place && err->file[0])
         fprintf(stderr, "%s:", err->file);
     if (err->line)
         fprintf(stderr, "%u:", err->line);
     if (err->line && err->column)
         fprintf(stderr, "%u:", err->column);
-    if (err->file[0] || err->line)
+    if (has_place)
         fprintf(stderr, " ");
     if (err->prim_path[0])
         fprintf(stderr, "<%s>: ", err->prim_path);

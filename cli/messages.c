@@ -66,13 +66,16 @@ static size_t group_end(const CohortReportEntry *entries, size_t count, size_t b
 
 static void print_entry(const CohortReportEntry *e, size_t prims)
 {
+    bool is_same_value = true;
+    for (size_t i = 1; i < prims; i++)
+        is_same_value = is_same_value && !strcmp(e[i].value, e->value);
     fprintf(stderr, "cohort: ");
     if (e->prim_path[0])
         fprintf(stderr, "<%s> ", e->prim_path);
     if (prims > 1)
         fprintf(stderr, "and %zu more: ", prims - 1);
     fprintf(stderr, "%s", e->name);
-    if (e->value[0] && prims == 1)
+    if (e->value[0] && is_same_value)
         fprintf(stderr, " = %s", e->value);
     fprintf(stderr, ": %s\n", e->action);
 }

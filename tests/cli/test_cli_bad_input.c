@@ -47,6 +47,7 @@ static void stages_that_cannot_be_read(void **state)
     Ran ran;
     command_run(&ran, "render nofile.usda -o x.exr");
     assert_refused(&ran, 3, "nofile.usda");
+    assert_null(strstr(strstr(ran.err, "nofile.usda") + 1, "nofile.usda"));
     assert_int_equal(mkdir("folder.usda", 0777), 0);
     command_run(&ran, "render folder.usda -o x.exr");
     assert_refused(&ran, 3, "irectory");
@@ -284,6 +285,37 @@ static void no_lights_are_dark(void **state)
     assert_rendered(&ran, "wrote");
 }
 
+// A value is told where it is that of all.
+static void what_is_grouped_keeps_its_value(void **state)
+{
+    (void)state;
+    static const char *const files[] = {"none.png", "other.png"};
+    static const char *const said[] = {"</M0/T> and 1 more: inputs:file = none.png: no such file",
+                                       "</M0/T> and 1 more: inputs:file: no such file"};
+    for (size_t i = 0; i < 2; i++) {
+        char text[4096] = "#usda 1.0\n";
+        for (int m = 0; m < 2; m++) {
+            size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used,
+                     "def Mesh \"m%d\" (\n    prepend apiSchemas = [\"MaterialBindingAPI\"]\n)\n{\n"
+                     "%s    rel material:binding = </M%d>\n}\ndef Material \"M%d\"\n{\n"
+                     "    token outputs:surface.connect = </M%d/S.outputs:surface>\n"
+                     "    token outputs:displacement.connect = </M%d/S.outputs:displacement>\n"
+                     "    def Shader \"S\"\n    {\n"
+                     "        uniform token info:id = \"UsdPreviewSurface\"\n"
+                     "        float inputs:displacement.connect = </M%d/T.outputs:r>\n"
+                     "        token outputs:surface\n        token outputs:displacement\n    }\n"
+                     "    def Shader \"T\"\n    {\n"
+                     "        uniform token info:id = \"UsdUVTexture\"\n"
+                     "        asset inputs:file = @%s@\n        float outputs:r\n    }\n}\n",
+                     m, plane, m, m, m, m, m, files[i * (size_t)m]);
+        }
+        Ran ran;
+        run_stage(&ran, text, "--headlight");
+        assert_rendered(&ran, said[i]);
+    }
+}
+
 // Equal things of many prims are one line, unless all are asked for.
 static void what_is_not_honored_is_grouped(void **state)
 {
@@ -482,6 +514,7 @@ int main(void)
         cmocka_unit_test_setup(matrices_without_inverse, without_output),
         cmocka_unit_test_setup(no_camera_frames_the_stage, without_output),
         cmocka_unit_test_setup(no_lights_are_dark, without_output),
+        cmocka_unit_test_setup(what_is_grouped_keeps_its_value, without_output),
         cmocka_unit_test_setup(what_is_not_honored_is_grouped, without_output),
         cmocka_unit_test_setup(outputs_that_cannot_be_written, without_output),
         cmocka_unit_test_setup(files_that_do_not_fit, without_output),
