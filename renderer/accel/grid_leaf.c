@@ -1,193 +1,33 @@
 #include "accel/grid_leaf.h"
 
-#include "geometry/patch_tile.h"
+#include "accel/grid_tile.h"
 #include "simd/lanes4.h"
 
 #include <stddef.h>
 #include <string.h>
 
-// What a tree of patches is built over: patches, above level 3 tiles of them.
-typedef struct Tile {
-    uint32_t patch;
-    uint32_t i, j;  // first square
-    uint32_t shift; // log2 of the squares a side of the patch
-} Tile;
-_Static_assert(CO_TILE_SQUARES == 1 << CO_PATCH_TILE_SHIFT, "tiles are those of patch.h");
+// Of both boxes, where two patches are one leaf.
+#define PAIR_AREA 1.0
 
-static Tile find_tile(const CoPatchTable *table, uint32_t id)
+// The tiles of a leaf: of a pair two.
+static void find_tiles(const CoPatchTable *table, const uint32_t *ids, size_t count,
+                       CoGridTile tiles[2])
 {
-    const uint32_t shift = co_grid_block_shift(table);
-    Tile tile = {.patch = co_grid_has_faces(table) ? id * 3 : id >> shift};
-    tile.j = 2 * (id & ((1u << shift) - 1u));
-    if (table->level > CO_PATCH_TILE_SHIFT)
-        tile.patch = co_patch_tile(table, id, &tile.i, &tile.j);
-    uint32_t room[CO_PATCH_WORDS];
-    if (table->level > 0)
-        tile.shift = co_patch_shift(table, co_patch_words(table, tile.patch, room));
-    return tile;
+    for (size_t k = 0; k < count; k++)
+        tiles[k] = co_grid_find_tile(table, ids[k]);
 }
 
-static void extend_by_point(const CoMesh *mesh, uint32_t point, CoBox *box)
+// Whether two patches are so close together that few rays enter the box of both for neither.
+static bool is_pair_close(const CoBuildPrim prims[2])
 {
-    const float *p = mesh->points + 3 * (size_t)point;
-    co_box_extend(box, p, p);
-}
-
-// The box of squares [i, i + wide] x [j, j + high] of the tile's patch.
-static CoBox squares_box(const CoMesh *mesh, const Tile *tile, uint32_t i, uint32_t j,
-                         uint32_t wide, uint32_t high)
-{
-    const CoPatchTable *table = mesh->patches;
-    uint32_t room[CO_PATCH_WORDS];
-    const uint32_t *words = co_patch_words(table, tile->patch, room);
-    uint32_t m = 1u << tile->shift;
-    CoBox box;
-    co_box_empty(&box);
-    for (uint32_t row = j; row <= j + high; row++) {
-        for (uint32_t k = table->is_triangular && row > i ? row : i; k <= i + wide; k++) {
-            uint32_t a = k, b = row;
-            co_patch_settle(table, words, m, &a, &b);
-            extend_by_point(mesh, co_patch_point(table, words, m, a, b), &box);
-        }
+    CoBox boxes[3];
+    co_box_empty(&boxes[2]);
+    for (int k = 0; k < 2; k++) {
+        memcpy(boxes[k].lo, prims[k].lo, sizeof boxes[k].lo);
+        memcpy(boxes[k].hi, prims[k].hi, sizeof boxes[k].hi);
+        co_box_extend(&boxes[2], boxes[k].lo, boxes[k].hi);
     }
-    return box;
-}
-
-// The box of one of its blocks.
-static CoBox block_box(const CoMesh *mesh, const Tile *tile, uint32_t blocks, uint32_t place)
-{
-    Tile of = *tile;
-    uint32_t at[2];
-    if (co_grid_has_faces(mesh->patches))
-        of.patch += co_grid_face_block_at(blocks, place, at);
-    else
-        co_grid_block_at(blocks, place, at);
-    return squares_box(mesh, &of, of.i + at[0], of.j + at[1], blocks == 3 ? 2 : 4, 2);
-}
-
-static uint32_t block_count(const CoPatchTable *table, const Tile *tile)
-{
-    if (co_grid_has_faces(table))
-        return 3 * table->level;
-    if (tile->shift < CO_PATCH_TILE_SHIFT)
-        return tile->shift == 2 && !table->is_triangular ? 2 : 1;
-    return table->is_triangular && tile->i == tile->j ? 6 : 8;
-}
-
-static CoBox face_box(const CoMesh *mesh, const Tile *tile)
-{
-    uint32_t points[7], count = 0, blocks = block_count(mesh->patches, tile);
-    CoBox all;
-    co_box_empty(&all);
-    if (mesh->patches->level == 0)
-        count = co_patch_face_points(mesh->patches, tile->patch / 3, points);
-    for (uint32_t k = 0; k < count; k++)
-        extend_by_point(mesh, points[k], &all);
-    for (uint32_t b = 0; b < blocks; b++) {
-        CoBox box = block_box(mesh, tile, blocks, b);
-        co_box_extend(&all, box.lo, box.hi);
-    }
-    return all;
-}
-
-static CoBox tile_box(const CoMesh *mesh, const Tile *tile)
-{
-    if (co_grid_has_faces(mesh->patches))
-        return face_box(mesh, tile);
-    uint32_t room[CO_PATCH_WORDS];
-    const uint32_t *words = co_patch_words(mesh->patches, tile->patch, room);
-    if (mesh->patches->level > 0) {
-        uint32_t m = 1u << tile->shift, size = m < CO_TILE_SQUARES ? m : CO_TILE_SQUARES;
-        uint32_t high = size >> co_grid_block_shift(mesh->patches);
-        return squares_box(mesh, tile, tile->i, tile->j, size, high);
-    }
-    CoBox box;
-    co_box_empty(&box);
-    for (int k = 0; k < (co_patch_is_fan(mesh->patches, words) ? 3 : 4); k++)
-        extend_by_point(mesh, words[k], &box);
-    return box;
-}
-
-uint32_t co_grid_count(const CoMesh *mesh)
-{
-    const CoPatchTable *table = mesh->patches;
-    if (co_grid_has_faces(table))
-        return table->count / 3;
-    if (table->level > CO_PATCH_TILE_SHIFT)
-        return co_patch_tile_count(table);
-    return table->count << co_grid_block_shift(table);
-}
-
-CoBox co_grid_box(const CoMesh *mesh, uint32_t id)
-{
-    Tile tile = find_tile(mesh->patches, id);
-    return tile_box(mesh, &tile);
-}
-
-// The smallest step by which a byte reaches hi from lo.
-static uint8_t find_exponent(float lo, float hi)
-{
-    uint32_t exponent = 1;
-    double extent = ((double)hi - (double)lo) / 255.0;
-    if (extent > 0.0) {
-        int e = 0;
-        frexp(extent, &e);
-        exponent = e < -125 ? 1 : (uint32_t)(e + 126);
-    }
-    while (exponent < 254 && !(lo + 255.0f * co_grid_step((uint8_t)exponent) >= hi))
-        exponent++;
-    return (uint8_t)exponent;
-}
-
-// The byte whose plane is nearest to x from below, or from above.
-static uint8_t find_byte(float origin, float step, float x, bool is_high)
-{
-    double place = ((double)x - (double)origin) / (double)step;
-    double whole = is_high ? ceil(place) : floor(place);
-    int byte = whole < 0.0 ? 0 : whole > 255.0 ? 255 : (int)whole;
-    // origin + byte * step is rounded itself.
-    while (is_high && byte < 255 && origin + (float)byte * step < x)
-        byte++;
-    while (!is_high && byte > 0 && !(origin + (float)byte * step <= x))
-        byte--;
-    return (uint8_t)byte;
-}
-
-static size_t tile_bytes(const CoPatchTable *table, const Tile *tile)
-{
-    uint32_t blocks = block_count(table, tile);
-    size_t bytes = sizeof(CoGridLeaf) + (table->level > CO_PATCH_TILE_SHIFT ? 4 : 0);
-    bytes += blocks > 1 ? 6 * blocks : 0;
-    return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
-}
-
-static size_t write_tile(const CoMesh *mesh, const Tile *tile, unsigned char *out)
-{
-    CoBox box = tile_box(mesh, tile);
-    const uint16_t at[2] = {(uint16_t)tile->i, (uint16_t)tile->j};
-    const bool is_placed = mesh->patches->level > CO_PATCH_TILE_SHIFT;
-    const uint32_t blocks = block_count(mesh->patches, tile);
-    CoGridLeaf leaf = {.patch = tile->patch,
-                       .blocks = (uint8_t)(is_placed ? blocks | CO_TILE_PLACED : blocks)};
-    for (int k = 0; k < 3; k++) {
-        leaf.origin[k] = box.lo[k];
-        leaf.exponent[k] = find_exponent(box.lo[k], box.hi[k]);
-    }
-    memcpy(out, &leaf, sizeof leaf);
-    size_t bytes = sizeof leaf + (is_placed ? sizeof at : 0);
-    memcpy(out + sizeof leaf, at, bytes - sizeof leaf);
-    for (uint32_t b = 0; blocks > 1 && b < blocks; b++) {
-        CoBox block = block_box(mesh, tile, blocks, b);
-        unsigned char *planes = out + bytes + b;
-        for (uint32_t k = 0; k < 3; k++) {
-            float step = co_grid_step(leaf.exponent[k]);
-            planes[2 * k * blocks] = find_byte(leaf.origin[k], step, block.lo[k], false);
-            planes[(2 * k + 1) * blocks] = find_byte(leaf.origin[k], step, block.hi[k], true);
-        }
-    }
-    size_t end = bytes + (blocks > 1 ? 6 * blocks : 0), whole = tile_bytes(mesh->patches, tile);
-    memset(out + end, 0, whole - end);
-    return whole;
+    return co_box_area(&boxes[2]) <= PAIR_AREA * (co_box_area(&boxes[0]) + co_box_area(&boxes[1]));
 }
 
 static bool is_far(const uint32_t *patches, size_t count)
@@ -342,8 +182,11 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
     } else if (co_grid_is_list(mesh->patches)) {
         out->bytes = (uint32_t)list_bytes(out->ids, count);
     } else {
-        Tile tile = find_tile(mesh->patches, prims[0].id);
-        out->bytes = (uint32_t)tile_bytes(mesh->patches, &tile);
+        CoGridTile tiles[2];
+        if (count > 1 && !is_pair_close(prims))
+            return false;
+        find_tiles(mesh->patches, out->ids, count, tiles);
+        out->bytes = (uint32_t)co_grid_tile_bytes(mesh->patches, tiles, count);
     }
     return true;
 }
@@ -355,8 +198,11 @@ static size_t emit_leaf(const void *context, const uint32_t *ids, size_t count, 
         return write_numbered(mesh, ids, count, out);
     if (co_grid_is_list(mesh->patches))
         return write_list(ids, count, out);
-    Tile tile = find_tile(mesh->patches, ids[0]);
-    return write_tile(mesh, &tile, out);
+    CoGridTile tiles[2];
+    size_t bytes;
+    find_tiles(mesh->patches, ids, count, tiles);
+    co_grid_write_tiles(mesh, tiles, count, out, &bytes);
+    return bytes;
 }
 
 // Faces are not worth a second block: they take few bytes as it is.
@@ -377,6 +223,9 @@ CoLeafRule co_grid_rule(const CoMesh *mesh)
     } else if (co_grid_is_list(table)) {
         rule.most = list_size(table);
         rule.flat = 0;
+    } else if (co_grid_is_paired(table)) {
+        rule.most = 2;
+        rule.flat = 0;
     }
     return rule;
 }
@@ -390,7 +239,7 @@ static CoBox numbered_box(const CoMesh *mesh, const unsigned char *leaf)
     co_box_empty(&box);
     co_grid_points(words + 1, count, mesh->point_count - 1, points);
     for (uint32_t k = 0; k < count; k++)
-        extend_by_point(mesh, points[k], &box);
+        co_grid_extend(mesh, points[k], &box);
     return box;
 }
 
@@ -415,14 +264,17 @@ CoBox co_grid_refit(const CoMesh *mesh, uint32_t ref, unsigned char *leaves)
     }
     const CoGridLeaf *old = (const CoGridLeaf *)(const void *)leaf;
     uint32_t room[CO_PATCH_WORDS];
-    Tile tile = {.patch = old->patch};
-    tile.shift = co_patch_shift(table, co_patch_words(table, old->patch, room));
+    CoGridTile tiles[2] = {{.patch = old->patch}};
+    tiles[0].shift = co_patch_shift(table, co_patch_words(table, old->patch, room));
     if (old->blocks & CO_TILE_PLACED) {
-        tile.i = old->at[0];
-        tile.j = old->at[1];
+        tiles[0].i = old->at[0];
+        tiles[0].j = old->at[1];
     }
-    write_tile(mesh, &tile, leaf);
-    return tile_box(mesh, &tile);
+    const size_t count = co_grid_is_pair(old) ? 2 : 1;
+    if (count > 1)
+        tiles[1] = co_grid_find_tile(table, co_grid_second(old));
+    size_t bytes;
+    return co_grid_write_tiles(mesh, tiles, count, leaf, &bytes);
 }
 
 void co_grid_attach(CoBvh *bvh, const CoMesh *mesh)

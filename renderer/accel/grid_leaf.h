@@ -11,6 +11,8 @@
 //   block.
 // - Where all patches are one block, or two, that: the reference is the patch's number, or twice
 //   that and which, and there is nothing else.
+// - Level 3 of triangular patches: one patch, or two close together, in 4 blocks each, which are
+//   triangles of 4 squares a side: CoGridLeaf, of two with the number of the second.
 // - Else a tile of a patch, up to 8 x 8 squares: CoGridLeaf, with boxes of its 1, 2, 6 or 8 blocks.
 //   Of triangular patches, blocks on the diagonal are parts, and those beyond it are left out: then
 //   there are 6. Of triangles split in 3, with up to 4 squares a side
@@ -45,20 +47,35 @@ typedef struct CoGridLeaf {
     float origin[3]; // a plane is origin + byte * step, in float
     uint32_t patch;
     uint8_t exponent[3]; // of the steps, powers of two, as a float has it
-    uint8_t blocks;      // CO_TILE_PLACED: of a tile that is not a whole patch
-    uint16_t at[];       // of such, the first square, else nothing
+    uint8_t blocks;      // CO_TILE_PLACED: of a tile that is not a whole patch; CO_TILE_PAIR
+    uint16_t at[];       // of such, the first square; of pairs the second patch; else nothing
 } CoGridLeaf; // then, of more than one block, planes: bytes [6][blocks], rows as in CoWideNode
 _Static_assert(sizeof(CoGridLeaf) == 20, "followed by its place and its planes");
 #define CO_TILE_PLACED 0x80u
+#define CO_TILE_PAIR 0x40u // of two patches
+enum {
+    CO_PAIR_BLOCKS = 4 // of each
+};
 
 static inline uint32_t co_grid_blocks(const CoGridLeaf *leaf)
 {
-    return leaf->blocks & ~CO_TILE_PLACED;
+    return leaf->blocks & ~(CO_TILE_PLACED | CO_TILE_PAIR);
+}
+
+static inline bool co_grid_is_pair(const CoGridLeaf *leaf)
+{
+    return leaf->blocks & CO_TILE_PAIR;
+}
+
+// The second patch of a pair.
+static inline uint32_t co_grid_second(const CoGridLeaf *leaf)
+{
+    return leaf->at[0] | (uint32_t)leaf->at[1] << 16;
 }
 
 static inline const uint8_t *co_grid_planes(const CoGridLeaf *leaf)
 {
-    return (const uint8_t *)(leaf->at + (leaf->blocks & CO_TILE_PLACED ? 2 : 0));
+    return (const uint8_t *)(leaf->at + (leaf->blocks & (CO_TILE_PLACED | CO_TILE_PAIR) ? 2 : 0));
 }
 
 // Where block `place` of a tile of so many begins, in squares: row by row, two a row, or one where
@@ -77,6 +94,12 @@ static inline uint32_t co_grid_face_block_at(uint32_t blocks, uint32_t place, ui
     at[0] = 0;
     at[1] = blocks == 3 ? 0 : 2 * (place & 1u);
     return blocks == 3 ? place : place >> 1;
+}
+
+// Whether blocks are triangles, 4 of a patch, and leaves one or two patches.
+static inline bool co_grid_is_paired(const CoPatchTable *table)
+{
+    return table->is_triangular && table->level == 3 && !table->is_mixed && !table->first_tri;
 }
 
 // Whether what a tree is built over, in place of patches, is faces: triangles, split in 3.

@@ -13,7 +13,8 @@
     (QUAD_EDGE(m, i, j) == 8 ? QUAD_INNER(m, i, j) : QUAD_EDGE(m, i, j) % 2 ? (j) : (i))
 #define QUAD_STEP(m, i, j) (QUAD_IS_CORNER(m, i, j) ? 0 : QUAD_ALONG(m, i, j))
 
-// ---- Triangles: what lies beyond the diagonal is left out --------------------------------------
+// ---- Triangles: what lies beyond the diagonal is not asked for
+// --------------------------------------
 
 #define TRI_EDGE(m, i, j) ((j) == 0 ? 4 : (i) == (m) ? 5 : (i) <= (j) ? 6 : 3)
 #define TRI_IS_CORNER(m, i, j) ((i) == 0 || (j) >= (m) || ((i) == (m) && (j) == 0))
@@ -55,18 +56,16 @@
 
 // 2 x 2 squares, 3 points a row.
 #define NARROW {0x00, 0x11, 0x33, 0x44, 0x41, 0x52, 0x74, 0x85, 0x34, 0x45, 0x67, 0x78}
-// 4 x 2, 5 a row. Of triangles the second of a square comes before the first.
+// 4 x 2, 5 a row.
 #define BROAD {0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88, 0x61, 0x72, 0x83, 0x94, \
                0xb6, 0xc7, 0xd8, 0xe9, 0x56, 0x67, 0x78, 0x89, 0xab, 0xbc, 0xcd, 0xde}
-#define TURNED {0x00, 0x11, 0x22, 0x33, 0x55, 0x66, 0x77, 0x88, 0x16, 0x27, 0x38, 0x49, \
-                0x6b, 0x7c, 0x8d, 0x9e, 0x65, 0x76, 0x87, 0x98, 0xba, 0xcb, 0xdc, 0xed}
 
 #define QUAD_PLAN(m, i, j) \
-    {ROWS5(QUAD_WORD, m, i, j), ROWS5(QUAD_STEP, m, i, j), BROAD, 2 * ((m) * (j) + (i)), \
-     2 * ((m) * ((j) + 1) + (i)), 16, 0, 0xffff, {0}}
+    {ROWS5(QUAD_WORD, m, i, j), ROWS5(QUAD_STEP, m, i, j), BROAD, \
+     {2 * ((m) * (j) + (i)), 2 * ((m) * ((j) + 1) + (i))}, 16, 0, 0xffff}
 
 static const CoGridPlan quads_1[] = {
-    {ROWS3(QUAD_WORD, 2), ROWS3(QUAD_STEP, 2), NARROW, 0, 4, 8, 0, 0xff, {0}}};
+    {ROWS3(QUAD_WORD, 2), ROWS3(QUAD_STEP, 2), NARROW, {0, 4}, 8, 0, 0xff}};
 static const CoGridPlan quads_2[] = {QUAD_PLAN(4, 0, 0), QUAD_PLAN(4, 0, 2)};
 static const CoGridPlan quads_3[] = {
     QUAD_PLAN(8, 0, 0), QUAD_PLAN(8, 4, 0), QUAD_PLAN(8, 0, 2), QUAD_PLAN(8, 4, 2),
@@ -82,10 +81,10 @@ static const CoGridPlan quads_3[] = {
 #define FOLDS5(F, m, k, i, j) {FOLD5(F, m, k, i, j), FOLD5(F, m, k, i, j + 1), \
     FOLD5(F, m, k, i, j + 2)}
 #define SMALL_FOLD_PLAN(k) \
-    {FOLDS3(FOLD_WORD, 2, k), FOLDS3(FOLD_STEP, 2, k), NARROW, 0, 4, 8, 0, 0xff, {0}}
+    {FOLDS3(FOLD_WORD, 2, k), FOLDS3(FOLD_STEP, 2, k), NARROW, {0, 4}, 8, 0, 0xff}
 #define FOLD_PLAN(m, k, i, j) \
     {FOLDS5(FOLD_WORD, m, k, i, j), FOLDS5(FOLD_STEP, m, k, i, j), BROAD, \
-     2 * ((m) * (j) + (i)), 2 * ((m) * ((j) + 1) + (i)), 16, 0, 0xffff, {0}}
+     {2 * ((m) * (j) + (i)), 2 * ((m) * ((j) + 1) + (i))}, 16, 0, 0xffff}
 #define FOLD_PAIR(k) FOLD_PLAN(4, k, 0, 0), FOLD_PLAN(4, k, 0, 2)
 #define FOLD_TILE(k) \
     FOLD_PLAN(8, k, 0, 0), FOLD_PLAN(8, k, 4, 0), FOLD_PLAN(8, k, 0, 2), FOLD_PLAN(8, k, 4, 2), \
@@ -98,26 +97,34 @@ static const CoGridPlan folds_3[] = {FOLD_TILE(0), FOLD_TILE(1), FOLD_TILE(2)};
 static const CoGridPlan triangles_1[] = {
     {{ROW3(TRI_WORD, 2, 0, 0), ROW2(TRI_WORD, 2, 1, 1), BYTE(TRI_WORD, 2, 2, 2)},
      {ROW3(TRI_STEP, 2, 0, 0), ROW2(TRI_STEP, 2, 1, 1), BYTE(TRI_STEP, 2, 2, 2)},
-     {0x10, 0x31, 0x98, 0xb9, 0x41, 0x42, 0xc9, 0xca, 0x33, 0x54, 0xbb, 0xdc}, 0, 4, 8, 0, 0xff,
-     {0}}};
-// 16 triangles over 15 points.
-static const CoGridPlan triangles_2[] = {
-    {{ROW5(TRI_WORD, 4, 0, 0), ROW4(TRI_WORD, 4, 1, 1), ROW3(TRI_WORD, 4, 2, 2),
-      ROW2(TRI_WORD, 4, 3, 3), BYTE(TRI_WORD, 4, 4, 4)},
-     {ROW5(TRI_STEP, 4, 0, 0), ROW4(TRI_STEP, 4, 1, 1), ROW3(TRI_STEP, 4, 2, 2),
-      ROW2(TRI_STEP, 4, 3, 3), BYTE(TRI_STEP, 4, 4, 4)},
-     {0x10, 0x21, 0x32, 0x53, 0x66, 0x77, 0xa9, 0xca, 0x61, 0x72, 0x83, 0x64,
-      0x7a, 0x8b, 0xda, 0xdb, 0x55, 0x66, 0x77, 0x98, 0xa9, 0xba, 0xcc, 0xed},
-     0, 8, 16, 0, 0xffff, {0}}};
-// Rows begin with 2 (i - j) - 1, the second triangle of a square, though that may not be there.
+     {0x10, 0x31, 0x98, 0xb9, 0x41, 0x42, 0xc9, 0xca, 0x33, 0x54, 0xbb, 0xdc}, {0, 4}, 8, 0, 0xff}};
+// 16 triangles over 15 points, row by row, from corner (i, j) on: upright and, of a row one more
+// than of that before it, inverted.
 #define TRI_ROW(m, j) ((m) * (m) - ((m) - (j)) * ((m) - (j)))
-#define TRI_PLAN(m, i, j, valid) \
-    {ROWS5(TRI_WORD, m, i, j), ROWS5(TRI_STEP, m, i, j), TURNED, \
-     TRI_ROW(m, j) + 2 * ((i) - (j)) - 1, TRI_ROW(m, (j) + 1) + 2 * ((i) - (j)) - 3, 16, 0, valid, \
-     {0}}
-static const CoGridPlan triangles_3[] = {
-    TRI_PLAN(8, 0, 0, 0xf8fe), TRI_PLAN(8, 4, 0, 0xffff), TRI_PLAN(8, 0, 2, 0x80e0),
-    TRI_PLAN(8, 4, 2, 0xffff), TRI_PLAN(8, 4, 4, 0xf8fe), TRI_PLAN(8, 4, 6, 0x80e0)};
+#define UPRIGHT_POINTS(F, m, i, j) \
+    {ROW5(F, m, i, j), ROW4(F, m, (i) + 1, (j) + 1), ROW3(F, m, (i) + 2, (j) + 2), \
+     ROW2(F, m, (i) + 3, (j) + 3), BYTE(F, m, (i) + 4, (j) + 4)}
+#define INVERTED_POINTS(F, m, i, j) \
+    {BYTE(F, m, i, j), ROW2(F, m, i, (j) + 1), ROW3(F, m, i, (j) + 2), ROW4(F, m, i, (j) + 3), \
+     ROW5(F, m, i, (j) + 4)}
+#define UPRIGHT {0x10, 0x21, 0x32, 0x53, 0x66, 0x77, 0xa9, 0xca, 0x61, 0x72, 0x83, 0x64, \
+                 0x7a, 0x8b, 0xda, 0xdb, 0x55, 0x66, 0x77, 0x98, 0xa9, 0xba, 0xcc, 0xed}
+#define INVERTED {0x10, 0x21, 0x33, 0x44, 0x65, 0x76, 0x87, 0x98, 0x42, 0x52, 0x47, 0x58, \
+                  0xb9, 0xc7, 0xd8, 0xe9, 0x31, 0x44, 0x76, 0x87, 0xa8, 0xbb, 0xcc, 0xdd}
+#define UPRIGHT_FIRST(m, i, j, q) (TRI_ROW(m, (j) + (q)) + 2 * ((i) - (j)))
+#define INVERTED_FIRST(m, i, j, q) (TRI_ROW(m, (j) + (q)) + 2 * ((i) - (j) - (q)) - 1)
+#define FIRSTS(F, m, i, j) {F(m, i, j, 0), F(m, i, j, 1), F(m, i, j, 2), F(m, i, j, 3)}
+#define UPRIGHT_PLAN(m, i, j) \
+    {UPRIGHT_POINTS(TRI_WORD, m, i, j), UPRIGHT_POINTS(TRI_STEP, m, i, j), UPRIGHT, \
+     FIRSTS(UPRIGHT_FIRST, m, i, j), 16, CO_GRID_ROWS_UPRIGHT, 0xffff}
+#define INVERTED_PLAN(m, i, j) \
+    {INVERTED_POINTS(TRI_WORD, m, i, j), INVERTED_POINTS(TRI_STEP, m, i, j), INVERTED, \
+     FIRSTS(INVERTED_FIRST, m, i, j), 16, CO_GRID_ROWS_INVERTED, 0xffff}
+static const CoGridPlan triangles_2[] = {
+    {UPRIGHT_POINTS(TRI_WORD, 4, 0, 0), UPRIGHT_POINTS(TRI_STEP, 4, 0, 0), UPRIGHT, {0, 8}, 16, 0,
+     0xffff}};
+static const CoGridPlan triangles_3[] = {UPRIGHT_PLAN(8, 0, 0), UPRIGHT_PLAN(8, 4, 0),
+                                         UPRIGHT_PLAN(8, 4, 4), INVERTED_PLAN(8, 4, 0)};
 // clang-format on
 
 const CoGridPlan *co_grid_plans(const CoPatchTable *table)

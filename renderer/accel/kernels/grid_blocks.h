@@ -224,6 +224,19 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     return gather_block(block, bvh->points);
 }
 
+// Triangles of the four rows of a plan.
+static inline void number_four_rows(GridBlock *block, const CoGridPlan *plan, int32_t first_tri)
+{
+    const CoGridRows rows = plan->rows;
+    block->first = (uint32_t)(first_tri + plan->first[0]);
+    block->starts = 1;
+    for (uint32_t q = 1; q < 4; q++) {
+        const uint32_t start = co_grid_row_start(rows, q);
+        block->starts |= (uint16_t)(1u << start);
+        block->skipped[q - 1] = (uint32_t)(plan->first[q] - plan->first[0]) - start;
+    }
+}
+
 // The same by plan, from the words of a patch or of its face.
 static inline CoTriLeaf open_planned(const CoBvh *bvh, const uint32_t *words, uint32_t patch,
                                      uint32_t place, GridBlock *block)
@@ -234,7 +247,11 @@ static inline CoTriLeaf open_planned(const CoBvh *bvh, const uint32_t *words, ui
         co_lane_along(words, plan->word + i, plan->step + i, block->index + i);
     block->count = plan->count;
     block->valid = plan->valid;
-    number_rows(block, (uint32_t)(first_tri + plan->low), (uint32_t)(first_tri + plan->high));
+    if (plan->rows == CO_GRID_ROWS_EVEN)
+        number_rows(block, (uint32_t)(first_tri + plan->first[0]),
+                    (uint32_t)(first_tri + plan->first[1]));
+    else
+        number_four_rows(block, plan, first_tri);
     CoTriLeaf leaf = gather_block(block, bvh->points);
     leaf.corner = plan->corner;
     return leaf;
@@ -246,8 +263,10 @@ static inline CoTriLeaf open_planned_tile(const CoBvh *bvh, const CoGridLeaf *ti
 {
     const CoPatchTable *table = bvh->patches;
     if (!table->fold) {
-        const uint32_t *words = table->words + (size_t)tile->patch * table->stride;
-        return open_planned(bvh, words, tile->patch, place, block);
+        const bool is_second = co_grid_is_pair(tile) && place >= CO_PAIR_BLOCKS;
+        const uint32_t patch = is_second ? co_grid_second(tile) : tile->patch;
+        const uint32_t *words = table->words + (size_t)patch * table->stride;
+        return open_planned(bvh, words, patch, place - (is_second ? CO_PAIR_BLOCKS : 0), block);
     }
     const uint32_t face = tile->patch / 3, k = tile->patch % 3; // 0 where the tile is the face
     const uint32_t *words = table->words + (size_t)face * table->stride;
