@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 // Of number, text and flag one is not NULL: where the value goes, which holds the default until
 // then.
@@ -26,6 +27,16 @@ void bench_arguments_read(int argc, char **argv, const char *usage, const BenchA
 
 // Whether a list, words with commas between, has the word.
 bool bench_is_listed(const char *list, const char *word);
+
+// On stderr, where a program to stand beside Embree was built without it.
+static inline void bench_tell_of_embree(void)
+{
+#ifndef BENCH_EMBREE
+    fputs("built without Embree, so nothing is compared with it: install libembree-dev, then run "
+          "cmake again\n",
+          stderr);
+#endif
+}
 
 // "PROGRAM: ...; see PROGRAM --help" on stderr, exit code 2.
 _Noreturn void bench_refuse(const char *program, const char *format, ...)

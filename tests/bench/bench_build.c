@@ -162,6 +162,7 @@ int main(int argc, char **argv)
         {.name = "THREADS", .number = &threads, .least = 1, .most = 64},
         {.name = "MOST", .number = &most, .most = 1e6}};
     bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    bench_tell_of_embree();
     uint32_t tris = 1000u * (uint32_t)thousands;
     Random random = {1};
     run("ball", bench_mesh_ball(tris), (int)rounds, (uint32_t)threads);

@@ -316,6 +316,7 @@ int main(int argc, char **argv)
         {.name = "LEVEL", .number = &level, .most = LEVELS - 1},
         {.name = "SHAPE", .text = &shape, .words = "quads,split,loop"}};
     bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    bench_tell_of_embree();
     co_worker_count_set(1);
     for (uint32_t i = 0; i < LEVELS; i++)
         if (level >= LEVELS || (uint32_t)level == i)

@@ -65,6 +65,7 @@ int main(int argc, char **argv)
         {.name = "--first-block", .number = &first_block, .most = 1e12},
         {.name = "--case", .text = &only}};
     bench_arguments_read(argc, argv, usage, arguments, sizeof arguments / sizeof *arguments);
+    bench_tell_of_embree();
     if (only && !stability_is_case(only) && !bench_is_listed("soups,cost,unused,hashes", only))
         bench_refuse(argv[0], "there is no case '%s'", only);
     StabilityRun run = {(uint64_t)rays, (uint64_t)embree_rays, (uint64_t)first_block};

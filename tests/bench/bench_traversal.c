@@ -60,8 +60,11 @@ static void check_hits(Bench *bench, const char *name, const CoRayBatch *rays,
         for (size_t i = 0; i < some.count; i++)
             far += !is_near_hit(bench->hits.t[i], bench->checked.t[i]);
     }
-    fprintf(stderr, "%s %s %s: %zu rays; %zu hits differ between kernels, %zu from Embree's\n",
-            bench->scene.name, name, bench->isa, some.count, wrong, far);
+    fprintf(stderr, "%s %s %s: %zu rays; %zu hits differ between kernels", bench->scene.name, name,
+            bench->isa, some.count, wrong);
+    if (bench->embree[1])
+        fprintf(stderr, ", %zu from Embree's", far);
+    fputc('\n', stderr);
     if (stats.groups)
         fprintf(stderr, "  per ray: %.2f top nodes, %.2f bottom nodes, %.2f triangles\n",
                 (double)stats.top_nodes_single / (double)some.count,
@@ -224,6 +227,7 @@ int main(int argc, char **argv)
     BenchOptions options;
     static Bench bench;
     bench_options_read(argc, argv, &options);
+    bench_tell_of_embree();
     bench.options = &options;
     if (!options.json)
         printf("scene      rays     threads isa  what         cohort | embree fast, robust | "
