@@ -1,7 +1,12 @@
 #include "base/parallel.h"
 
 #include <omp.h>
+#include <stdatomic.h>
 #include <stdio.h>
+
+enum {
+    PARTS = 64 // of a call; further threads share them
+};
 
 // Each thread that starts parallel work has its own count, so that two renders of one process do
 // not disturb each other. 0: not chosen yet.
@@ -45,23 +50,68 @@ bool co_in_parallel(void)
     return omp_in_parallel();
 }
 
+typedef struct Call {
+    size_t count, grain, blocks;
+    CoParallelFn *fn;
+    void *context;
+} Call;
+
+// False when it was for one thread and is done.
+static bool begin_call(Call *call, int *threads)
+{
+    call->grain = call->grain ? call->grain : 1;
+    call->blocks = call->count ? (call->count - 1) / call->grain + 1 : 0;
+    *threads = (int)co_worker_count();
+    *threads = call->blocks < (size_t)*threads ? (int)call->blocks : *threads;
+    if (*threads > 1)
+        return true;
+    if (call->count)
+        call->fn(call->context, 0, call->count, 0);
+    return false;
+}
+
+static void do_block(const Call *call, size_t block)
+{
+    size_t begin = block * call->grain, left = call->count - begin;
+    size_t end = left < call->grain ? call->count : begin + call->grain;
+    call->fn(call->context, begin, end, (uint32_t)omp_get_thread_num());
+}
+
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context)
 {
-    if (count == 0)
+    Call call = {.count = count, .grain = grain, .fn = fn, .context = context};
+    int threads;
+    if (!begin_call(&call, &threads))
         return;
-    if (grain == 0)
-        grain = 1;
-    size_t blocks = (count - 1) / grain + 1;
-    int threads = (int)co_worker_count();
-    if (blocks == 1 || threads == 1) {
-        fn(context, 0, count, 0);
-        return;
-    }
-    threads = blocks < (size_t)threads ? (int)blocks : threads;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (size_t block = 0; block < blocks; block++) {
-        size_t begin = block * grain;
-        size_t end = count - begin < grain ? count : begin + grain;
-        fn(context, begin, end, (uint32_t)omp_get_thread_num());
+    for (size_t block = 0; block < call.blocks; block++)
+        do_block(&call, block);
+}
+
+// A thread's own blocks: the next of them, and where they end. A cache line, as each has its own.
+typedef struct Part {
+    _Alignas(64) atomic_size_t next;
+    size_t end;
+} Part;
+
+void co_parallel_for_parts(size_t count, size_t grain, CoParallelFn *fn, void *context)
+{
+    Call call = {.count = count, .grain = grain, .fn = fn, .context = context};
+    Part parts[PARTS];
+    int threads;
+    if (!begin_call(&call, &threads))
+        return;
+    const int most = threads < PARTS ? threads : PARTS;
+    for (int i = 0; i < most; i++) {
+        size_t each = call.blocks / (size_t)most, more = call.blocks % (size_t)most, at = (size_t)i;
+        atomic_init(&parts[i].next, at * each + (at < more ? at : more));
+        parts[i].end = (at + 1) * each + (at < more ? at + 1 : more);
+    }
+#pragma omp parallel num_threads(threads)
+    for (int i = 0; i < most; i++) {
+        Part *part = &parts[(omp_get_thread_num() + i) % most];
+        size_t block;
+        while ((block = atomic_fetch_add(&part->next, 1)) < part->end)
+            do_block(&call, block);
     }
 }

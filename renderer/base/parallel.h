@@ -15,6 +15,11 @@ typedef void CoParallelFn(void *context, size_t begin, size_t end, uint32_t work
 // returns when all are done. What fn writes must not depend on which worker or when.
 void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context);
 
+// The same, but each thread begins with a part of [0, count) of its own, the same one in every call
+// over as many blocks, and helps others once it is done: for passes over memory that is written in
+// one and met again in the next, which then is in that thread's own cache.
+void co_parallel_for_parts(size_t count, size_t grain, CoParallelFn *fn, void *context);
+
 // Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most
 // 64 or four per processor.
 void co_worker_count_set(uint32_t count);

@@ -40,9 +40,11 @@ static void mark(void *context, size_t begin, size_t end, uint32_t worker)
     atomic_fetch_sub(&work->busy[worker], 1);
 }
 
-static void each_item_is_done_once(void **state)
+typedef void ForFn(size_t count, size_t grain, CoParallelFn *fn, void *context);
+static ForFn *const for_fns[2] = {co_parallel_for, co_parallel_for_parts};
+
+static void check_each_item(ForFn *each)
 {
-    (void)state;
     static Work work;
     const size_t grains[] = {0, 1, 7, 64, COUNT - 1, COUNT, COUNT + 1, SIZE_MAX};
     const size_t counts[] = {1, 2, 63, COUNT};
@@ -52,7 +54,7 @@ static void each_item_is_done_once(void **state)
         for (size_t g = 0; g < sizeof grains / sizeof *grains; g++) {
             for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
                 memset(&work, 0, sizeof work);
-                co_parallel_for(counts[c], grains[g], mark, &work);
+                each(counts[c], grains[g], mark, &work);
                 for (size_t i = 0; i < COUNT; i++)
                     assert_int_equal(work.seen[i], i < counts[c]);
                 assert_int_equal(work.shared, 0);
@@ -64,12 +66,20 @@ static void each_item_is_done_once(void **state)
     co_worker_count_set(0);
 }
 
+static void each_item_is_done_once(void **state)
+{
+    (void)state;
+    for (size_t f = 0; f < 2; f++)
+        check_each_item(for_fns[f]);
+}
+
 static void nothing_to_do_calls_nobody(void **state)
 {
     (void)state;
     static Work work;
     memset(&work, 0, sizeof work);
     co_parallel_for(0, 1, mark, &work);
+    co_parallel_for_parts(0, 1, mark, &work);
     assert_int_equal(work.calls, 0);
 }
 
@@ -92,6 +102,38 @@ static void counts_of_threads_are_bounded(void **state)
     assert_in_range(co_worker_count(), 64, 1u << 16);
     co_worker_count_set(0);
     assert_true(co_worker_count() >= 1);
+}
+
+typedef struct Begin {
+    atomic_uint first[4]; // 1 + block, by worker; 0: it has not begun
+    atomic_uint begun;
+} Begin;
+
+// None goes on before all have begun, or it takes ten seconds.
+static void note_first(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    Begin *all = context;
+    (void)end;
+    if (worker >= 4 || all->first[worker])
+        return;
+    all->first[worker] = 1 + (unsigned)begin;
+    all->begun++;
+    for (int i = 0; i < 10000 && all->begun < 4; i++)
+        usleep(1000);
+}
+
+static void parts_are_begun_by_their_own(void **state)
+{
+    (void)state;
+    co_worker_count_set(4);
+    for (int pass = 0; pass < 3; pass++) {
+        Begin all = {.begun = 0};
+        co_parallel_for_parts(42, 1, note_first, &all);
+        const unsigned first[4] = {0, 11, 22, 32};
+        for (int i = 0; i < 4; i++)
+            assert_int_equal(all.first[i], 1 + first[i]);
+    }
+    co_worker_count_set(0);
 }
 
 static void count_parallel(void *context, size_t begin, size_t end, uint32_t worker)
@@ -237,6 +279,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_item_is_done_once),
         cmocka_unit_test(nothing_to_do_calls_nobody),
+        cmocka_unit_test(parts_are_begun_by_their_own),
         cmocka_unit_test(one_thread_gets_all_at_once),
         cmocka_unit_test(counts_of_threads_are_bounded),
         cmocka_unit_test(parallel_calls_know_that_they_are),
