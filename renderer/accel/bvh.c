@@ -9,40 +9,37 @@
 
 #include <string.h>
 
-// False when there are more points than a leaf holds.
+enum {
+    SLOTS_LOG2 = 7 // of a leaf's points by a hash of their index, mostly one or none in a slot
+};
+
+// Without a branch on whether a point is there, which nothing predicts. False when there are more
+// points than a leaf holds.
 static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, CoLeafCorners *out)
 {
-    Co16 points = co16_set1(UINT32_MAX); // no point has this index
-    uint32_t point_count = 0;
+    uint8_t slots[1 << SLOTS_LOG2] = {0}; // 1 + the number of a point; 0: none
+    uint32_t points[1 + CO_LEAF_WIDTH + 3], last = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, tris[i], tri);
         for (size_t c = 0; c < 3; c++) {
-            uint32_t same = co16_equal(&points, tri[c]);
-            if (!same && point_count == CO_LEAF_WIDTH)
-                return false;
-            if (!same)
-                co16_put(&points, point_count, tri[c]);
-            out->corner[c][i] = (uint8_t)(same ? (uint32_t)__builtin_ctz(same) : point_count++);
+            uint32_t slot = tri[c] * 0x9e3779b1u >> (32 - SLOTS_LOG2), at = slots[slot];
+            while ((at != 0) & (points[at] != tri[c])) {
+                slot = (slot + 1) % (1 << SLOTS_LOG2);
+                at = slots[slot];
+            }
+            last += at == 0;
+            at = at ? at : last;
+            points[at] = tri[c];
+            slots[slot] = (uint8_t)at;
+            out->corner[c][i] = (uint8_t)(at - 1);
         }
+        if (last > CO_LEAF_WIDTH)
+            return false;
     }
-    co16_store(out->points, &points);
-    out->point_count = point_count;
+    memcpy(out->points, points + 1, sizeof out->points);
+    out->point_count = last;
     return true;
-}
-
-// True only when there are more, found with fewer steps where no two are shared: points that differ
-// in their last bits do differ.
-static bool has_many_points(const CoMesh *mesh, const uint32_t *tris, size_t count)
-{
-    uint64_t bits = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t tri[3];
-        co_mesh_triangle(mesh, tris[i], tri);
-        for (size_t c = 0; c < 3; c++)
-            bits |= (uint64_t)1 << tri[c] % 64;
-    }
-    return __builtin_popcountll(bits) > CO_LEAF_WIDTH;
 }
 
 static unsigned char *put(unsigned char *out, const void *bytes, size_t count)
@@ -102,36 +99,45 @@ size_t co_leaf_bytes(const uint32_t *tris, size_t count, size_t point_bytes)
     return co_leaf_first((uint32_t)count) + 4 + point_bytes + tail;
 }
 
-static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
+// Puts ids in order. Returns how many points their triangles have, 0 if too many.
+static uint32_t count_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count,
+                             CoLeafShape *out)
 {
-    const CoMesh *mesh = context;
     CoLeafCorners corners;
     for (size_t i = 0; i < count; i++)
         out->ids[i] = prims[i].id;
-    if ((3 * count > CO_LEAF_WIDTH && has_many_points(mesh, out->ids, count)) ||
-        !share_points(mesh, out->ids, count, &corners))
-        return false;
+    if (!share_points(mesh, out->ids, count, &corners))
+        return 0;
     co_leaf_sort(out->ids, count);
+    return corners.point_count;
+}
+
+static bool shape_of(size_t count, uint32_t points, CoLeafShape *out)
+{
     out->count = (uint32_t)count;
-    out->bytes = (uint32_t)co_leaf_bytes(out->ids, count, 12 * corners.point_count);
+    out->bytes = (uint32_t)co_leaf_bytes(out->ids, count, 12 * points);
     out->ref = CO_REF_LEAF;
     return true;
+}
+
+static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t count, CoLeafShape *out)
+{
+    uint32_t points = count_points(context, prims, count, out);
+    return points && shape_of(count, points, out);
 }
 
 // Each triangle stands in a leaf once.
 static bool shards_fit(const void *context, const CoBuildPrim *prims, size_t count,
                        CoLeafShape *out)
 {
-    CoBuildPrim distinct[CO_LEAF_WIDTH];
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
-        size_t same = 0;
-        while (same < kept && distinct[same].id != prims[i].id)
-            same++;
-        if (same == kept)
-            distinct[kept++].id = prims[i].id;
-    }
-    return leaf_fits(context, distinct, kept, out);
+    uint32_t points = count_points(context, prims, count, out);
+    size_t kept = 1;
+    if (!points)
+        return false;
+    for (size_t i = 1; i < count; i++)
+        if (out->ids[i] != out->ids[kept - 1])
+            out->ids[kept++] = out->ids[i];
+    return shape_of(kept, points, out);
 }
 
 static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count, unsigned char *out)
@@ -150,11 +156,18 @@ static size_t emit_leaf(const void *context, const uint32_t *tris, size_t count,
     return (size_t)(out - begin);
 }
 
+// Of 12 bytes, which may lie in two cache lines.
+static void prefetch_three(const void *three)
+{
+    __builtin_prefetch(three);
+    __builtin_prefetch((const char *)three + 8);
+}
+
 static void approach(const void *context, const CoBuildPrim *prims, size_t count)
 {
     const CoMesh *mesh = context;
     for (size_t i = 0; i < count; i++)
-        __builtin_prefetch(mesh->indices + 3 * (size_t)prims[i].id);
+        prefetch_three(mesh->indices + 3 * (size_t)prims[i].id);
 }
 
 // The far one's corners, then, once these are there, its points.
@@ -162,10 +175,10 @@ static void expect(const void *context, uint32_t near_id, uint32_t far_id)
 {
     const CoMesh *mesh = context;
     uint32_t tri[3];
-    __builtin_prefetch(mesh->indices + 3 * (size_t)far_id);
+    prefetch_three(mesh->indices + 3 * (size_t)far_id);
     co_mesh_triangle(mesh, near_id, tri);
     for (int c = 0; c < 3; c++)
-        __builtin_prefetch(mesh->points + 3 * (size_t)tri[c]);
+        prefetch_three(mesh->points + 3 * (size_t)tri[c]);
 }
 
 typedef struct PrimFill {
@@ -210,13 +223,13 @@ static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *has_shards)
     *has_shards = false;
     if (mesh->patches || prims->count == 0) {
         bool is_alone = co_build_threads(prims->count) == 1;
-        co_parallel_for(prims->count, is_alone ? prims->count : 1024, fill_patches, &fill);
+        co_parallel_for_parts(prims->count, is_alone ? prims->count : 1024, fill_patches, &fill);
         return true;
     }
     fill.areas = co_alloc(CO_MEMORY_ACCEL, blocks * sizeof *fill.areas);
     if (!fill.areas)
         return false;
-    co_parallel_for(blocks, co_shards_grain(mesh->tri_count), fill_triangles, &fill);
+    co_parallel_for_parts(blocks, co_shards_grain(mesh->tri_count), fill_triangles, &fill);
     bool is_done = co_shards_make(mesh, fill.areas, prims, has_shards);
     co_free(CO_MEMORY_ACCEL, fill.areas, blocks * sizeof *fill.areas);
     return is_done;

@@ -12,8 +12,8 @@
 #define TAG CO_MEMORY_ACCEL
 
 enum {
-    NEAR = 64,  // ranges of this size are leaves soon
-    AHEAD = 32, // ids, from what is written to what is asked for
+    NEAR = 24,  // ranges of this size are leaves soon
+    AHEAD = 16, // ids, from what is written to what is asked for
     STEP = 256  // bytes by which records that lie apart grow at least
 };
 
@@ -200,10 +200,18 @@ static void settle(Subtree *s, size_t most)
         memmove(s->held, s->held + bytes, s->held_bytes);
 }
 
-static void put(Subtree *s, const void *record, size_t bytes)
+// Mostly there is room for it where it stays. Inline, as sizes are known where it is called.
+static inline void put(Subtree *s, const void *record, size_t bytes)
 {
+    CoPiece *out = s->out;
     if (s->is_out_of_memory)
         return;
+    if (!s->held_bytes && !out->capacity &&
+        out->byte_count + bytes <= s->dead * sizeof(CoBuildPrim)) {
+        memcpy(out->bytes + out->byte_count, record, bytes);
+        out->byte_count += bytes;
+        return;
+    }
     memcpy(s->held + s->held_bytes, record, bytes);
     s->held_bytes += bytes;
     settle(s, CO_RECORDS_HELD);
