@@ -1,9 +1,9 @@
 #include "accel/shards.h"
 
+#include "accel/cut.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/parallel.h"
-#include "simd/four.h"
 
 #include <float.h>
 #include <math.h>
@@ -20,31 +20,31 @@
 #define LEAST_SAVED_IF_CROWDED 0.25
 #define WORTH_IF_CROWDED 0.125
 
-// Shards beyond the first of each, by triangles.
+// Shards beyond the first of each, by triangles: more only where it takes them to be worth it, as
+// many triangles alike have their cuts in one step. From the third number on cuts are made as long
+// as one saves a third of what those before it do on average.
 #define BUDGET 0.3
+#define BUDGET_MOST 0.4
+#define BUDGET_FREE 0.1
 
 enum {
     FEWEST = 64,   // triangles: fewer make a node or two
     CROWD = 25,    // pairs that meet, see is_crowded
     SAMPLE = 512,  // boxes that others are held against
-    COUNTED = 8,   // of a crowd, one triangle of so many tells what cuts would save
+    COUNTED = 512, // of a crowd, so many triangles tell what cuts would save,
+    EIGHTH = 8,    // or one in so many
     DEEPEST = 24,  // cuts within each other
-    CORNERS = 32,  // of what is left of a triangle, mostly 9 at most
+    TOLD = 1024,   // most blocks look at fewer cuts
     STEP_BITS = 3, // cuts are counted by what they save, in 8 steps to each power of two
     STEPS = 32 << STEP_BITS
 };
-
-// What is left of a triangle in a box.
-typedef struct Shard {
-    CoFour lo, hi;
-    int count;
-    CoFour corners[CORNERS];
-} Shard;
 
 typedef struct Block {
     size_t place;         // of its next shard
     uint32_t cuts[STEPS]; // each in the step of what it saves, if no cut it is within saves less
     uint64_t is_cut[CO_SHARDS_BLOCK / 64]; // triangles
+    uint64_t is_made[TOLD / 64]; // each cut within another that was looked at, in that order,
+    uint32_t told;               // the first so many of them
 } Block;
 
 typedef struct Shards {
@@ -52,10 +52,11 @@ typedef struct Shards {
     CoBuildPrim *prims;
     size_t count, block_count; // of triangles
     Block *blocks;
+    double worth;   // what all cuts save at least,
     double unit;    // what a cut of step 0 saves
     double limit;   // boxes of which no cut can save more are left alone
     int least;      // step of a cut that is made
-    uint32_t every; // triangle of so many is counted
+    uint32_t every; // one triangle in so many is counted
 } Shards;
 
 // A triangle on its way.
@@ -64,29 +65,13 @@ typedef struct Cutter {
     Block *block;
     uint32_t id;
     CoFour rounding;   // of a cut, by axis
-    CoBuildPrim *next; // where a shard goes, or NULL: cuts are counted
-    bool is_cut;       // once at least
+    CoBuildPrim *next; // where a shard goes
+    uint32_t told;     // of what the block knows
 } Cutter;
 
 static float box_area(const CoBuildPrim *prim)
 {
     return co4_first(co_shards_area(co4_load(prim->lo), co4_load(prim->hi)));
-}
-
-static CoFour four_of(const float p[3])
-{
-    return (CoFour){p[0], p[1], p[2], 0.0f};
-}
-
-static void whole_triangle(const CoMesh *mesh, const CoBuildPrim *prim, Shard *out)
-{
-    uint32_t tri[3];
-    co_mesh_triangle(mesh, prim->id, tri);
-    for (int c = 0; c < 3; c++)
-        out->corners[c] = four_of(mesh->points + 3 * (size_t)tri[c]);
-    out->count = 3;
-    out->lo = four_of(prim->lo);
-    out->hi = four_of(prim->hi);
 }
 
 // Of sides: xy, yz, zx.
@@ -95,82 +80,11 @@ static float sum_of(CoFour sides)
     return sides[0] + sides[1] + sides[2];
 }
 
-static CoFour sides_of(const Shard *shard)
-{
-    CoFour size = shard->hi - shard->lo;
-    return size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
-}
-
-// Of the corners, wider by what these are off by, but within what it was.
-static void narrow_box(Shard *shard, CoFour rounding)
-{
-    CoFour lo = shard->corners[0], hi = lo;
-    for (int i = 1; i < shard->count; i++) {
-        lo = co_four_min(shard->corners[i], lo);
-        hi = co_four_max(shard->corners[i], hi);
-    }
-    shard->lo = co_four_max(lo - rounding, shard->lo);
-    shard->hi = co_four_min(hi + rounding, shard->hi);
-}
-
-// Corners in the plane belong to both halves. Inline, as the axis is known where it is called.
-static inline __attribute__((always_inline)) void cut_corners(const Shard *shard, int axis,
-                                                              float plane, Shard halves[2])
-{
-    int left = 0, right = 0;
-    CoFour from = shard->corners[shard->count - 1];
-    float before = from[axis] - plane;
-    halves[0].lo = halves[1].lo = shard->lo;
-    halves[0].hi = halves[1].hi = shard->hi;
-    halves[0].hi[axis] = halves[1].lo[axis] = plane;
-    for (int i = 0; i < shard->count; i++) {
-        CoFour to = shard->corners[i];
-        float after = to[axis] - plane;
-        if ((before < 0.0f && after > 0.0f) || (before > 0.0f && after < 0.0f)) {
-            CoFour crossing = from + (to - from) * co_four_set1(before / (before - after));
-            crossing[axis] = plane;
-            halves[0].corners[left++] = crossing;
-            halves[1].corners[right++] = crossing;
-        }
-        halves[0].corners[left] = to;
-        halves[1].corners[right] = to;
-        left += after <= 0.0f;
-        right += after >= 0.0f;
-        from = to;
-        before = after;
-    }
-    halves[0].count = left;
-    halves[1].count = right;
-}
-
-// Through the middle of the longest side. False when floats have none, or rounding has bent the
-// outline so often that a corner more on each edge is too many.
-static bool cut(const Shard *shard, CoFour rounding, Shard halves[2])
-{
-    CoFour lo = shard->lo, hi = shard->hi, middle = 0.5f * lo + 0.5f * hi, size = hi - lo;
-    CoFourBits is_between = (lo < middle) & (middle < hi);
-    int axis = size[2] > size[1] ? 2 : 1;
-    axis = size[axis] > size[0] ? axis : 0;
-    if (!is_between[axis] || 2 * shard->count >= CORNERS)
-        return false;
-    if (axis == 0)
-        cut_corners(shard, 0, middle[0], halves);
-    else if (axis == 1)
-        cut_corners(shard, 1, middle[1], halves);
-    else
-        cut_corners(shard, 2, middle[2], halves);
-    if (halves[0].count == 0 || halves[1].count == 0)
-        return false;
-    narrow_box(&halves[0], rounding);
-    narrow_box(&halves[1], rounding);
-    return true;
-}
-
 // No cut saves more: the halves together cover every side of the box, and half of the two that are
 // cut. That is two thirds of the area at most.
-static double most_saved(const Shard *shard)
+static double most_saved(const CoShard *shard)
 {
-    CoFour sides = sides_of(shard);
+    CoFour sides = co_shard_sides(shard);
     return 0.5 * ((double)sum_of(sides) + (double)co_four_smallest3(sides, INFINITY));
 }
 
@@ -192,76 +106,139 @@ static double units_of(int step)
     return ldexp(part, step >> STEP_BITS);
 }
 
-static void put_shard(Cutter *c, const Shard *shard)
+static void put_shard(Cutter *c, const CoShard *shard)
 {
     memcpy(c->next->lo, &shard->lo, sizeof c->next->lo);
     memcpy(c->next->hi, &shard->hi, sizeof c->next->hi);
     c->next->id = c->id;
 }
 
-static double saved_by(const Shard *shard, const Shard halves[2])
+static double saved_by(const CoShard *shard, const CoShard halves[2])
 {
-    return (double)sum_of(sides_of(shard) - sides_of(&halves[0]) - sides_of(&halves[1]));
+    return (double)sum_of(co_shard_sides(shard) - co_shard_sides(&halves[0]) -
+                          co_shard_sides(&halves[1]));
 }
 
-// Makes or counts the cuts that save enough, none of them in a higher step than `most`.
-static void cut_down(Cutter *c, const Shard *shard, int depth, int most)
+static CoFour rounding_at(const Cutter *c, int depth)
 {
-    const Shards *all = c->all;
-    CoFour rounding = c->rounding * co_four_set1((float)(depth + 1));
-    Shard halves[2];
-    int step = -1;
-    if (depth < DEEPEST && most_saved(shard) > all->limit && cut(shard, rounding, halves))
-        step = step_of(saved_by(shard, halves), all->unit);
-    if (step < all->least) {
-        if (c->next)
-            put_shard(c, shard);
+    return c->rounding * co_four_set1((float)(depth + 1));
+}
+
+// The step of what a cut saves; -1 for less than a unit, or if there is none.
+static int look_at(const Cutter *c, const CoShard *shard, int depth, CoShard halves[2])
+{
+    if (depth == DEEPEST || !(most_saved(shard) > c->all->limit) ||
+        !co_cut_halve(shard, rounding_at(c, depth), halves))
+        return -1;
+    return step_of(saved_by(shard, halves), c->all->unit);
+}
+
+static void tell(Block *block, bool is_made)
+{
+    if (block->told == TOLD)
+        return;
+    block->is_made[block->told / 64] |= (uint64_t)is_made << block->told % 64;
+    block->told++;
+}
+
+// Counts the cuts that save enough, none of them in a higher step than `most`. Returns whether the
+// first does.
+static bool count_down(Cutter *c, const CoShard *shard, int depth, int most)
+{
+    CoShard halves[2];
+    int step = look_at(c, shard, depth, halves);
+    bool is_made = step >= c->all->least;
+    if (depth > 0)
+        tell(c->block, is_made);
+    if (!is_made)
+        return false;
+    step = step < most ? step : most;
+    c->block->cuts[step]++;
+    count_down(c, &halves[0], depth + 1, step);
+    count_down(c, &halves[1], depth + 1, step);
+    return true;
+}
+
+// Makes them. That the first does is known, of others most.
+static void make_down(Cutter *c, const CoShard *shard, int depth)
+{
+    const Block *block = c->block;
+    CoShard halves[2];
+    bool is_known = depth == 0 || c->told < block->told, is_made = true;
+    if (!is_known)
+        is_made = look_at(c, shard, depth, halves) >= c->all->least;
+    else if (depth > 0)
+        is_made = block->is_made[c->told / 64] >> c->told % 64 & 1;
+    c->told += is_known && depth > 0;
+    if (!is_made) {
+        put_shard(c, shard);
         return;
     }
-    step = step < most ? step : most;
-    c->is_cut = true;
-    if (!c->next)
-        c->block->cuts[step]++;
-    cut_down(c, &halves[0], depth + 1, step);
-    if (c->next)
-        c->next = all->prims + c->block->place++;
-    cut_down(c, &halves[1], depth + 1, step);
+    if (is_known)
+        co_cut_halve(shard, rounding_at(c, depth), halves);
+    make_down(c, &halves[0], depth + 1);
+    c->next = c->all->prims + c->block->place++;
+    make_down(c, &halves[1], depth + 1);
 }
 
 // A cut puts corners no farther off than 12 units of 2^-24 of the largest coordinate on their axis,
 // so that those of shards come to lie beyond the corners they have by as much for each cut.
-static CoFour rounding_of(const Shard *whole)
+static CoFour rounding_of(const CoShard *whole)
 {
     CoFour reach = co_four_max(co_four_abs(whole->lo), co_four_abs(whole->hi));
     return reach * co_four_set1(0x1p-20f) + co_four_set1(0x1p-140f);
 }
 
-static void cut_triangle(Cutter *c, const CoBuildPrim *prim)
+static void start(Cutter *c, const CoBuildPrim *prim, CoShard *whole)
 {
-    Shard whole;
-    whole_triangle(c->all->mesh, prim, &whole);
+    co_cut_start(c->all->mesh, prim, whole);
     c->id = prim->id;
-    c->rounding = rounding_of(&whole);
-    cut_down(c, &whole, 0, STEPS - 1);
+    c->rounding = rounding_of(whole);
+}
+
+// Four triangles of a block, of which the last may be there several times.
+static void count_four(Cutter *cutter, const uint32_t ids[4], uint32_t count)
+{
+    const Shards *all = cutter->all;
+    CoFour saved = co_cut_saving(all->mesh, ids);
+    for (uint32_t i = 0; i < count; i++) {
+        CoShard whole;
+        uint32_t at = ids[i] % CO_SHARDS_BLOCK;
+        if ((double)saved[i] < all->limit)
+            continue;
+        start(cutter, &all->prims[ids[i]], &whole);
+        if (count_down(cutter, &whole, 0, STEPS - 1))
+            cutter->block->is_cut[at / 64] |= (uint64_t)1 << at % 64;
+    }
+}
+
+// Most are told by their area alone.
+static uint32_t list_large(const Shards *all, size_t first, size_t stop, uint32_t *ids)
+{
+    const float least_area = (float)(1.5 * all->limit);
+    uint32_t count = 0;
+    for (size_t i = first; i < stop; i += all->every) {
+        size_t one = all->every == 1 ? i : i + co_hash32((uint32_t)i) % all->every;
+        one = one < stop ? one : i;
+        ids[count] = (uint32_t)one;
+        count += box_area(&all->prims[one]) > least_area;
+    }
+    return count;
 }
 
 static void count_cuts(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Shards *all = context;
-    // Most are told by their area alone.
-    const float least_area = (float)(1.5 * all->limit);
+    uint32_t ids[CO_SHARDS_BLOCK + 3];
     (void)worker;
     for (size_t b = begin; b < end; b++) {
         Cutter cutter = {.all = all, .block = &all->blocks[b]};
-        size_t first = b * CO_SHARDS_BLOCK, stop = co_shards_block_end(b, all->count);
-        for (size_t i = first; i < stop; i++) {
-            if (!(box_area(&all->prims[i]) > least_area) ||
-                (all->every > 1 && co_hash32((uint32_t)i) % all->every != 0))
-                continue;
-            cutter.is_cut = false;
-            cut_triangle(&cutter, &all->prims[i]);
-            cutter.block->is_cut[(i - first) / 64] |= (uint64_t)cutter.is_cut << i % 64;
-        }
+        uint32_t count =
+            list_large(all, b * CO_SHARDS_BLOCK, co_shards_block_end(b, all->count), ids);
+        for (uint32_t i = count; count && i < count + 3; i++)
+            ids[i] = ids[count - 1];
+        for (uint32_t i = 0; i < count; i += 4)
+            count_four(&cutter, ids + i, count - i < 4 ? count - i : 4);
     }
 }
 
@@ -275,28 +252,35 @@ static void make_cuts(void *context, size_t begin, size_t end, uint32_t worker)
         for (size_t i = first; i < stop; i++) {
             co_shards_whole(all->mesh, (uint32_t)i, &all->prims[i]);
             if (cutter.block->is_cut[(i - first) / 64] >> i % 64 & 1) {
+                CoShard whole;
                 cutter.next = &all->prims[i];
-                cut_triangle(&cutter, &all->prims[i]);
+                start(&cutter, &all->prims[i], &whole);
+                make_down(&cutter, &whole, 0);
             }
         }
     }
 }
 
-// The least step from which on cuts are within the budget; STEPS when they save less than `worth`.
-static int choose_step(const Shards *all, double worth)
+// The least step from which on cuts are within the budget; STEPS when they do not save what they
+// are worth.
+static int choose_step(const Shards *all)
 {
-    double saved = 0.0, room = BUDGET * (double)all->count;
+    double saved = 0.0, made = 0.0, triangles = (double)all->count;
+    uint64_t cuts[STEPS] = {0};
     int step = STEPS;
+    for (size_t b = 0; b < all->block_count; b++)
+        for (int i = 0; i < STEPS; i++)
+            cuts[i] += all->blocks[b].cuts[i];
     for (; step > 0; step--) {
-        uint64_t count = 0;
-        for (size_t b = 0; b < all->block_count; b++)
-            count += (uint64_t)all->every * all->blocks[b].cuts[step - 1];
-        if ((double)count > room)
+        double each = units_of(step - 1) * all->unit, count = (double)(all->every * cuts[step - 1]);
+        double by_then = saved + count * each;
+        made += count;
+        if (made > (saved < all->worth ? BUDGET_MOST : BUDGET) * triangles ||
+            (made > BUDGET_FREE * triangles && each * made < by_then / 3.0))
             break;
-        room -= (double)count;
-        saved += (double)count * units_of(step - 1) * all->unit;
+        saved = by_then;
     }
-    return saved >= worth ? step : STEPS;
+    return saved >= all->worth ? step : STEPS;
 }
 
 // Some boxes, four by four.
@@ -368,22 +352,20 @@ static bool give_places(Shards *all, CoPrimArray *prims)
     return true;
 }
 
-static bool make_shards(Shards *all, double worth, CoPrimArray *prims, bool *are_shards)
+static bool make_shards(Shards *all, CoPrimArray *prims, bool *are_shards)
 {
     size_t grain = co_shards_grain(all->count);
-    co_parallel_for(all->block_count, grain, count_cuts, all);
-    all->least = choose_step(all, worth);
+    co_parallel_for_parts(all->block_count, grain, count_cuts, all);
+    all->least = choose_step(all);
     if (all->least == STEPS)
         return true;
-    if (all->every > 1) { // places are to be exact
-        all->every = 1;
-        all->limit = units_of(all->least) * all->unit;
-        memset(all->blocks, 0, all->block_count * sizeof *all->blocks);
-        co_parallel_for(all->block_count, grain, count_cuts, all);
-    }
+    all->every = 1; // places are to be exact
+    all->limit = units_of(all->least) * all->unit;
+    memset(all->blocks, 0, all->block_count * sizeof *all->blocks);
+    co_parallel_for_parts(all->block_count, grain, count_cuts, all);
     if (!give_places(all, prims))
         return false;
-    co_parallel_for(all->block_count, grain, make_cuts, all);
+    co_parallel_for_parts(all->block_count, grain, make_cuts, all);
     *are_shards = true;
     return true;
 }
@@ -402,18 +384,20 @@ bool co_shards_make(const CoMesh *mesh, const CoBoxAreas *areas, CoPrimArray *pr
     // Areas that are too large or too small for floats are nothing to go by.
     if (all.count < FEWEST || !(area > 0.0 && area < (double)FLT_MAX))
         return true;
-    double average = area / (double)all.count, worth = WORTH * area;
+    double average = area / (double)all.count;
+    all.worth = WORTH * area;
     all.unit = LEAST_SAVED * average;
     if (is_crowded(prims, (float)(2.0 * all.unit))) {
         all.unit = LEAST_SAVED_IF_CROWDED * average;
-        worth = WORTH_IF_CROWDED * area;
-        all.every = COUNTED;
+        all.worth = WORTH_IF_CROWDED * area;
+        all.every = all.count < EIGHTH * COUNTED ? (uint32_t)all.count / COUNTED : EIGHTH;
+        all.every = all.every ? all.every : 1;
     } else if (largest < 1.5 * all.unit) { // no cut saves as much
         return true;
     }
     all.limit = all.unit;
     all.blocks = co_alloc_zero(TAG, all.block_count * sizeof *all.blocks);
-    bool is_done = all.blocks && make_shards(&all, worth, prims, are_shards);
+    bool is_done = all.blocks && make_shards(&all, prims, are_shards);
     co_free(TAG, all.blocks, all.block_count * sizeof *all.blocks);
     return is_done;
 }
