@@ -88,7 +88,7 @@ static uint32_t write_top(Build *build, uint32_t from)
 static void for_pieces(Build *build, CoParallelFn *fn)
 {
     size_t count = build->opening.range_count;
-    co_parallel_for(count, build->threads == 1 ? count : 1, fn, build);
+    co_parallel_for_parts(count, build->threads == 1 ? count : 1, fn, build);
 }
 
 static void build_pieces(void *context, size_t begin, size_t end, uint32_t worker)

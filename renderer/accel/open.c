@@ -10,10 +10,12 @@
 #define MEMORY_WORTH 12.0
 
 enum {
-    WIDE_SHARE = 4,      // ranges above this part of each thread's are split by all of them
+    WIDE_SHARE = 4, // ranges above this part of each thread's are split by all of them
+    NARROW = 32768, // or, of so few things, which gain little by that, above three halves of it
     SUBTREE_SHARE = 128, // a subtree is at most this part of the whole,
-    SUBTREE_MIN = 4096,  // within these bounds
-    SUBTREE_MAX = 16384
+    SUBTREE_MIN = 1024,  // within these bounds
+    SUBTREE_MAX = 16384,
+    SUBTREE_ALONE = 4096 // so few things are one subtree
 };
 
 static bool reserve(void **array, size_t *capacity, size_t count, size_t element)
@@ -127,7 +129,7 @@ static bool deepen(const CoPrimArray *prims, const CoOpening *outer, CoOpening *
     deeper.inner = co_alloc_zero(TAG, bytes);
     if (!deeper.inner)
         return false;
-    co_parallel_for(outer->range_count, 1, open_deeper, &deeper);
+    co_parallel_for_parts(outer->range_count, 1, open_deeper, &deeper);
     bool is_done =
         !deeper.is_out_of_memory && join(out, outer, deeper.inner, co_opening_root(outer));
     for (size_t i = 0; i < outer->range_count; i++)
@@ -153,7 +155,8 @@ static bool open_wide(const CoPrimArray *prims, uint32_t threads, CoOpening *out
 {
     CoOpening outer = {0};
     CoRange all = {.count = (uint32_t)prims->count};
-    size_t limit = prims->count / WIDE_SHARE / threads;
+    size_t share = prims->count / threads;
+    size_t limit = prims->count < NARROW ? share + share / 2 : share / WIDE_SHARE;
     CoWideSplit *split = co_wide_split_create(prims->count, threads);
     bool is_done = split != NULL;
     if (split) {
@@ -175,7 +178,7 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, uint32_t threads, Co
     if (share < SUBTREE_MIN || share > SUBTREE_MAX)
         out->largest = share < SUBTREE_MIN ? SUBTREE_MIN : SUBTREE_MAX;
     bool is_done;
-    if (prims->count > out->largest) {
+    if (prims->count > SUBTREE_ALONE) {
         is_done = open_wide(prims, threads, out);
     } else {
         CoRange all = {.count = (uint32_t)prims->count};

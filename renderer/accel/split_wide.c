@@ -6,8 +6,8 @@
 #include "base/parallel.h"
 
 enum {
-    BLOCK = 8192,
-    FEW = 4 // blocks that are not worth waking a thread
+    BLOCK = 4096,
+    FEW = 2 // blocks that are not worth waking a thread, nor the second look at each
 };
 
 struct CoWideSplit {
@@ -71,7 +71,7 @@ static void for_blocks(CoWideSplit *s, size_t blocks, CoParallelFn *fn)
     if (s->workers == 1 || blocks <= FEW)
         fn(s, 0, blocks, 0);
     else
-        co_parallel_for(blocks, 1, fn, s);
+        co_parallel_for_parts(blocks, 1, fn, s);
 }
 
 static void centroid_blocks(void *context, size_t begin, size_t end, uint32_t worker)
@@ -204,6 +204,10 @@ void co_wide_split_range(CoWideSplit *s, CoBuildPrim *prims, const CoRange *rang
                          CoRange halves[2])
 {
     CoSplit split = {.axis = -1};
+    if (range->count <= FEW * BLOCK) {
+        co_split_range(prims, range, halves);
+        return;
+    }
     s->prims = prims + range->first;
     s->count = range->count;
     if (range->depth < CO_SPLIT_DEPTH)

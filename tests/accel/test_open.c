@@ -57,22 +57,18 @@ static void ranges_cover_everything_once(void **state)
     }
 }
 
-static void threads_do_not_show(void **state)
+static void check_threads(size_t count)
 {
-    (void)state;
-    enum {
-        COUNT = 100000
-    };
-    CoBuildPrim *mine[2] = {malloc(COUNT * sizeof **mine), malloc(COUNT * sizeof **mine)};
+    CoBuildPrim *mine[2] = {malloc(count * sizeof **mine), malloc(count * sizeof **mine)};
     CoOpening o[2];
     for (uint32_t i = 0; i < 2; i++) {
-        CoPrimArray prims = {mine[i], COUNT, COUNT};
+        CoPrimArray prims = {mine[i], count, count};
         co_worker_count_set(1 + 4 * i);
-        prims_fill(mine[i], COUNT, PRIMS_ANYWHERE, 5);
+        prims_fill(mine[i], count, PRIMS_ANYWHERE, 5);
         assert_true(co_opening_make(&prims, 1, co_worker_count(), &o[i]));
     }
     co_worker_count_set(0);
-    assert_memory_equal(mine[0], mine[1], COUNT * sizeof **mine);
+    assert_memory_equal(mine[0], mine[1], count * sizeof **mine);
     assert_int_equal(o[0].range_count, o[1].range_count);
     assert_int_equal(o[0].binary_count, o[1].binary_count);
     for (size_t i = 0; i < o[0].binary_count; i++) {
@@ -83,6 +79,15 @@ static void threads_do_not_show(void **state)
         co_opening_clear(&o[i]);
         free(mine[i]);
     }
+}
+
+// Few things are shared out otherwise than many.
+static void threads_do_not_show(void **state)
+{
+    (void)state;
+    const size_t counts[] = {5000, 13000, 32000, 33000, 100000};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
+        check_threads(counts[i]);
 }
 
 static void no_memory_leaves_nothing_behind(void **state)
