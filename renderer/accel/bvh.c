@@ -99,6 +99,20 @@ size_t co_leaf_bytes(const uint32_t *tris, size_t count, size_t point_bytes)
     return co_leaf_first((uint32_t)count) + 4 + point_bytes + tail;
 }
 
+// Told without a look at their points where triangles share none. That is for speed alone.
+static bool are_too_many(const CoMesh *mesh, const uint32_t *ids, size_t count)
+{
+    const size_t most = CO_LEAF_WIDTH / 3;
+    uint64_t bits = 0;
+    if (count <= most || mesh->point_count < 3 * (size_t)mesh->tri_count)
+        return false;
+    for (size_t i = 0; i < count; i++)
+        bits |= (uint64_t)1 << (ids[i] * 0x9e3779b1u >> 26);
+    for (size_t i = 0; i < most; i++)
+        bits &= bits - 1;
+    return bits != 0;
+}
+
 // Puts ids in order. Returns how many points their triangles have, 0 if too many.
 static uint32_t count_points(const CoMesh *mesh, const CoBuildPrim *prims, size_t count,
                              CoLeafShape *out)
@@ -106,7 +120,7 @@ static uint32_t count_points(const CoMesh *mesh, const CoBuildPrim *prims, size_
     CoLeafCorners corners;
     for (size_t i = 0; i < count; i++)
         out->ids[i] = prims[i].id;
-    if (!share_points(mesh, out->ids, count, &corners))
+    if (are_too_many(mesh, out->ids, count) || !share_points(mesh, out->ids, count, &corners))
         return 0;
     co_leaf_sort(out->ids, count);
     return corners.point_count;
