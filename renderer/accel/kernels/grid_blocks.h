@@ -101,6 +101,33 @@ static inline __attribute__((always_inline)) void block_indices(const uint32_t *
         out[2 * row] = words[3];
 }
 
+// The same of 4 x 2 squares of a triangular patch. Beyond the diagonal are points too, of triangles
+// that are not valid.
+static inline void triangular_indices(const CoPatchTable *table, const uint32_t *words, uint32_t m,
+                                      const uint32_t at[2], uint32_t *out)
+{
+    const uint32_t i = at[0], j = at[1], row = 5;
+    for (uint32_t r = 0; r < 3; r++) {
+        const uint32_t inner = co_patch_inner_row(table, words, m, j + r) + i;
+        for (uint32_t c = 0; c < row; c++)
+            out[row * r + c] = inner + c;
+    }
+    bool is_low = j == 0, is_right = i + 4 == m;
+    if (is_low)
+        edge_indices(words[CO_PATCH_EDGE], i, row, 1, out);
+    if (is_right)
+        edge_indices(words[CO_PATCH_EDGE + 1], j, 3, row, out + 4);
+    for (uint32_t r = 0; r < 3 && i <= j + 2; r++) // of the diagonal
+        if (i <= j + r)
+            out[row * r + j + r - i] = co_patch_edge_point(words, 2, j + r);
+    if (is_low && i == 0)
+        out[0] = words[0];
+    if (is_low && is_right)
+        out[4] = words[1];
+    if (is_right && j + 2 == m)
+        out[2 * row + 4] = words[2];
+}
+
 // The same of any table. Beyond the diagonal of a triangular patch are points too, of triangles
 // that are not valid.
 static inline void any_block_indices(const CoPatchTable *table, const uint32_t *words, uint32_t m,
@@ -202,7 +229,9 @@ static inline CoTriLeaf open_squares(const CoBvh *bvh, uint32_t patch, const uin
     block->count = 4 * wide;
     for (uint32_t k = shift == 0 ? 0 : wide == 4 ? 15 : 9; k < CO_LEAF_WIDTH; k++)
         block->index[k] = first;
-    if (shift && (table->is_triangular || table->is_mixed)) {
+    if (table->is_triangular && !table->is_mixed && wide == 4) {
+        triangular_indices(table, words, m, at, block->index);
+    } else if (shift && (table->is_triangular || table->is_mixed)) {
         any_block_indices(table, words, m, at, wide, block->index);
     } else if (wide == 4) {
         block_indices(words, m, at[0], at[1], 4, block->index);
