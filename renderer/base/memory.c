@@ -22,10 +22,8 @@ static atomic_uint_fast64_t fail_countdown; // 0: off; 1: fail now and from now 
 static bool must_fail(void)
 {
     uint_fast64_t n = atomic_load_explicit(&fail_countdown, memory_order_relaxed);
-    if (n == 0)
-        return false;
-    if (n > 1)
-        atomic_fetch_sub_explicit(&fail_countdown, 1, memory_order_relaxed);
+    while (n > 1 && !atomic_compare_exchange_weak(&fail_countdown, &n, n - 1))
+        ; // two that take the same 2 would leave 0, which turns it off
     return n == 1;
 }
 

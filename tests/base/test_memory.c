@@ -2,6 +2,8 @@
 
 #include "base/memory.h"
 
+#include "base/parallel.h"
+
 #include <string.h>
 
 #include <setjmp.h>
@@ -131,6 +133,40 @@ static void the_nth_allocation_fails_and_all_after_it(void **state)
     co_free(CO_MEMORY_BASE, first, 1);
 }
 
+static void take_one_each(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    (void)worker;
+    void **blocks = context;
+    for (size_t i = begin; i < end; i++)
+        blocks[i] = co_alloc(CO_MEMORY_BASE, 1);
+}
+
+// Threads that ask at once for what is left share it, and none finds more once one has found none.
+static void no_thread_slips_past_the_nth(void **state)
+{
+    (void)state;
+    enum {
+        ROUNDS = 200,
+        COUNT = 4000, // so many that all threads are awake when it ends
+        LEFT = 3000
+    };
+    static void *blocks[COUNT];
+    co_worker_count_set(4);
+    for (int round = 0; round < ROUNDS; round++) {
+        co_memory_fail_after(LEFT + 1);
+        co_parallel_for(COUNT, 16, take_one_each, blocks);
+        assert_null(co_alloc(CO_MEMORY_BASE, 1));
+        co_memory_fail_after(0);
+        int given = 0;
+        for (int i = 0; i < COUNT; i++) {
+            given += blocks[i] != NULL;
+            co_free(CO_MEMORY_BASE, blocks[i], 1);
+        }
+        assert_int_equal(given, LEFT);
+    }
+    co_worker_count_set(0);
+}
+
 static void tags_have_names_of_their_own(void **state)
 {
     (void)state;
@@ -152,6 +188,7 @@ int main(void)
         cmocka_unit_test(blocks_that_shrink_keep_what_is_left),
         cmocka_unit_test(arrays_grow_one_at_a_time),
         cmocka_unit_test(the_nth_allocation_fails_and_all_after_it),
+        cmocka_unit_test(no_thread_slips_past_the_nth),
         cmocka_unit_test(tags_have_names_of_their_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
