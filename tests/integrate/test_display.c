@@ -86,8 +86,8 @@ static void what_lies_where_a_cutout_does_is_met(void **state)
             places[2] = first;
         }
         look(scene, places, 4, COHORT_LIGHT_DOME, mean);
-        assert_float_equal(mean[0], order ? 0.0625 : 0.25, 0.02);
-        assert_float_equal(mean[1], order ? 0.75 : 0.5625, 0.02);
+        assert_float_equal(mean[0], (order ? 0.0625 : 0.25), 0.02);
+        assert_float_equal(mean[1], (order ? 0.75 : 0.5625), 0.02);
         assert_float_equal(mean[2], 0.1875, 0.02);
         assert_float_equal(mean[3], 1.0, 1e-6);
     }
