@@ -51,7 +51,7 @@ void co_scene_warn(CohortScene *scene, CohortSeverity severity, const char *plac
 size_t cohort_scene_warnings(const CohortScene *scene, const CohortDiagnostic **out)
 {
     *out = scene->diagnostics;
-    return scene->diagnostics ? scene->warning_count : 0;
+    return scene->diagnostics ? scene->diagnostic_capacity : 0; // edits may have warned since
 }
 
 CohortScene *cohort_scene_create(CohortError *err)
@@ -311,7 +311,7 @@ bool cohort_scene_set_group(CohortScene *scene, uint32_t object,
     o->edit_colors = co_alloc_zero(TAG, count * 3 * sizeof(float));
     o->edit_count = (uint32_t)count;
     if (!o->edits || !o->edit_colors) {
-        object_clear(o);
+        cohort_scene_clear_object(scene, object);
         return CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for %zu instances", count);
     }
     memcpy(o->edits, instances, count * sizeof *o->edits);

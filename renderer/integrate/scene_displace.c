@@ -148,7 +148,7 @@ static bool displace_mesh(CohortScene *scene, uint32_t object, CohortError *err)
     CoDisplaceCounts counts;
     bool ok = co_mesh_displace(mesh, find_amounts, &job, &counts, err);
     release(&job);
-    scene->counts.displaced_meshes++;
+    scene->counts.displaced_meshes += ok;
     scene->counts.displaced_points += counts.moved;
     if (counts.broken) {
         char text[128];

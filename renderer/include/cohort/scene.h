@@ -359,8 +359,8 @@ void cohort_scene_counts(const CohortScene *scene, CohortSceneCounts *out);
 // World-space box of the committed scene: min xyz, max xyz; false when it holds nothing.
 bool cohort_scene_bounds(const CohortScene *scene, double box[6]);
 
-// Diagnostics as data, repeats merged. Returns how many. Pointers live until the next edit or
-// commit.
+// Diagnostics up to the last commit as data, repeats merged. Returns how many. Pointers live until
+// the next edit or commit.
 typedef struct CohortDiagnostic {
     CohortSeverity severity;
     const char *place; // prim path or file
