@@ -14,7 +14,7 @@ struct CohortScene {
     int unused;
 };
 struct CohortRender {
-    uint64_t rounds;
+    _Atomic uint64_t rounds; // progress is asked for from any thread
 };
 static struct CohortScene the_scene;
 static struct CohortRender the_render;
