@@ -130,8 +130,7 @@ static bool replace_file(CoRayBins *bins, uint32_t bin, CoBinFile *full)
             file = co_bin_file_make(bins, &err);
         if (file) {
             file->bin = bin;
-            atomic_store(&file->reserved, 0);
-            atomic_store(&file->committed, 0);
+            co_bin_file_clear(file);
             atomic_store(&bins->open[bin], file);
         } else {
             is_good = fail_locked(bins, &err);
@@ -178,6 +177,9 @@ static bool commit(CoRayBins *bins, uint32_t bin, CoBinLocal *local)
         uint64_t take = count < room ? count : room;
         if (!co_bin_file_write(bins, file, start, words, take))
             return false;
+        CoRayBounds bounds = co_ray_bounds_none();
+        co_ray_bounds_add(&bounds, words, take, bins->stride);
+        co_bin_file_widen(file, &bounds);
         local->written += file->memory ? 0 : take;
         if (atomic_fetch_add(&file->committed, take) + take == bins->capacity)
             make_ready(bins, file);

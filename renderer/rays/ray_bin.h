@@ -14,6 +14,7 @@
 
 #include "cohort/base.h"
 #include "rays/ray.h"
+#include "rays/ray_bounds.h"
 
 enum {
     CO_RAY_BINS = 6,
@@ -30,6 +31,7 @@ typedef struct CoRayRecords {
     uint32_t stride;
     uint32_t bin;    // 0-5, or CO_RAY_BIN_MIXED: gathered over all bins
     CoBinFile *file; // NULL: gathered apart from any file
+    CoRayBounds bounds;
 } CoRayRecords;
 
 typedef struct CoRayBinStats {

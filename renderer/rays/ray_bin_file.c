@@ -5,9 +5,11 @@
 #include "base/error.h"
 #include "base/mapped_file.h"
 #include "base/memory.h"
+#include "rays/ray_parts.h"
 #include "simd/stream_copy.h"
 
 #include <errno.h>
+#include <math.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -20,6 +22,18 @@
 uint64_t co_ray_bins_budget(void)
 {
     return co_memory_available() / AVAILABLE_PART;
+}
+
+// Floats in the order of their values as unsigned integers.
+static uint32_t ordered(float x)
+{
+    uint32_t bits = co_float_bits(x);
+    return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+static float unordered(uint32_t bits)
+{
+    return co_bits_float(bits & 0x80000000u ? bits & 0x7fffffffu : ~bits);
 }
 
 static bool make_in_memory(CoRayBins *bins, CoBinFile *file)
@@ -75,6 +89,46 @@ void co_bin_file_destroy(CoRayBins *bins, CoBinFile *file)
         close(file->fd);
     }
     co_free(CO_MEMORY_RAYS, file, sizeof *file);
+}
+
+// --- records ------------------------------------------------------------------------------------
+
+void co_bin_file_clear(CoBinFile *file)
+{
+    atomic_store(&file->reserved, 0);
+    atomic_store(&file->committed, 0);
+    atomic_store(&file->invalid, 0);
+    for (int a = 0; a < 3; a++) {
+        atomic_store(&file->low[a], ordered(INFINITY));
+        atomic_store(&file->high[a], ordered(-INFINITY));
+    }
+}
+
+void co_bin_file_widen(CoBinFile *file, const CoRayBounds *bounds)
+{
+    float low[3], high[3];
+    co_vec3_store(low, bounds->low);
+    co_vec3_store(high, bounds->high);
+    for (int a = 0; a < 3; a++) {
+        uint32_t l = ordered(low[a]), h = ordered(high[a]), held = atomic_load(&file->low[a]);
+        while (l < held && !atomic_compare_exchange_weak(&file->low[a], &held, l))
+            ;
+        held = atomic_load(&file->high[a]);
+        while (h > held && !atomic_compare_exchange_weak(&file->high[a], &held, h))
+            ;
+    }
+    if (bounds->invalid)
+        atomic_fetch_add(&file->invalid, bounds->invalid);
+}
+
+CoRayBounds co_bin_file_bounds(const CoBinFile *file)
+{
+    float low[3], high[3];
+    for (int a = 0; a < 3; a++) {
+        low[a] = unordered(atomic_load(&file->low[a]));
+        high[a] = unordered(atomic_load(&file->high[a]));
+    }
+    return (CoRayBounds){co_vec3_load(low), co_vec3_load(high), atomic_load(&file->invalid)};
 }
 
 // cause: of errno, 0 for an unexpected end.

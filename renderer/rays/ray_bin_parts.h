@@ -24,6 +24,9 @@ struct CoBinFile {
     // nothing.
     _Alignas(CO_CACHE_LINE) atomic_uint_fast64_t reserved; // records
     atomic_uint_fast64_t committed;
+    // CoRayBounds of what is committed, floats as integers of the same order.
+    _Atomic uint32_t low[3], high[3];
+    atomic_size_t invalid;
 };
 
 // Records of a worker on their way to a file.
@@ -64,6 +67,13 @@ struct CoRayBins {
 // set. The lock is held.
 CoBinFile *co_bin_file_make(CoRayBins *bins, CohortError *err);
 void co_bin_file_destroy(CoRayBins *bins, CoBinFile *file);
+
+// Empties a file that is nobody else's, so that it can be filled.
+void co_bin_file_clear(CoBinFile *file);
+
+// Bounds of the records of a file: add those of some more, from any thread; and all of them.
+void co_bin_file_widen(CoBinFile *file, const CoRayBounds *bounds);
+CoRayBounds co_bin_file_bounds(const CoBinFile *file);
 
 // Copy records to and bytes from a file. False when the disk fails, which the bins then remember.
 bool co_bin_file_write(CoRayBins *bins, CoBinFile *file, uint64_t start, const uint32_t *words,

@@ -83,14 +83,15 @@ static bool take_file(CoRayBins *bins, CoBinFile *file, size_t count, CoRayRecor
         return false;
     }
     bins->stats.batches[file->bin]++;
-    *out = (CoRayRecords){file->map, count, bins->stride, file->bin, file};
+    *out =
+        (CoRayRecords){file->map, count, bins->stride, file->bin, file, co_bin_file_bounds(file)};
     return true;
 }
 
 bool co_ray_bins_pop(CoRayBins *bins, CoRayRecords *out, CohortError *err)
 {
     CoBinFile *file = bins->ready;
-    *out = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
+    *out = (CoRayRecords){.stride = bins->stride, .bin = CO_RAY_BIN_MIXED};
     if (!file)
         return true;
     bins->ready = file->next;
@@ -199,22 +200,24 @@ static bool gather_all(CoRayBins *bins, size_t left, CoRayRecords *out, CohortEr
             *err = bins->error;
         return false;
     }
+    CoRayBounds all = co_ray_bounds_none();
     for (uint32_t b = 0; b < CO_RAY_BINS; b++)
         if (gather.count[b] > 0) {
             CoBinFile *file = atomic_load(&bins->open[b]);
-            atomic_store(&file->reserved, 0);
-            atomic_store(&file->committed, 0);
+            CoRayBounds bounds = co_bin_file_bounds(file);
+            co_ray_bounds_join(&all, &bounds);
+            co_bin_file_clear(file);
         }
     if (target)
         atomic_store(&bins->open[fullest], NULL);
-    *out = (CoRayRecords){gather.to, left, bins->stride, CO_RAY_BIN_MIXED, target};
+    *out = (CoRayRecords){gather.to, left, bins->stride, CO_RAY_BIN_MIXED, target, all};
     return true;
 }
 
 bool co_ray_bins_drain(CoRayBins *bins, CoRayRecords *out, CohortError *err)
 {
     size_t left = co_ray_bins_left(bins);
-    *out = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
+    *out = (CoRayRecords){.stride = bins->stride, .bin = CO_RAY_BIN_MIXED};
     if (left == 0)
         return true;
     if (left > bins->capacity)
@@ -234,5 +237,5 @@ void co_ray_bins_recycle(CoRayBins *bins, CoRayRecords *records)
         records->file->next = bins->spare;
         bins->spare = records->file;
     }
-    *records = (CoRayRecords){NULL, 0, bins->stride, CO_RAY_BIN_MIXED, NULL};
+    *records = (CoRayRecords){.stride = bins->stride, .bin = CO_RAY_BIN_MIXED};
 }

@@ -3,82 +3,7 @@
 #include "base/parallel.h"
 #include "sort/ray_entry.h"
 
-#include <stdatomic.h>
-
 #define GRAIN 16384
-
-// --- bounds -------------------------------------------------------------------------------------
-
-typedef struct Scan {
-    const CoRayRecords *records;
-    atomic_size_t invalid;
-    _Atomic uint32_t low[3], high[3]; // ordered bits of floats
-} Scan;
-
-// Floats in the order of their values as unsigned integers.
-static uint32_t ordered(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
-}
-
-static float unordered(uint32_t bits)
-{
-    float x;
-    bits = bits & 0x80000000u ? bits & 0x7fffffffu : ~bits;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static void widen(Scan *scan, int axis, float low, float high)
-{
-    uint32_t l = ordered(low), h = ordered(high), held = atomic_load(&scan->low[axis]);
-    while (l < held && !atomic_compare_exchange_weak(&scan->low[axis], &held, l))
-        ;
-    held = atomic_load(&scan->high[axis]);
-    while (h > held && !atomic_compare_exchange_weak(&scan->high[axis], &held, h))
-        ;
-}
-
-static void scan_range(void *context, size_t begin, size_t end, uint32_t worker)
-{
-    Scan *scan = context;
-    CoVec3 low = co_vec3_splat(INFINITY), high = co_vec3_splat(-INFINITY);
-    size_t invalid = 0;
-    (void)worker;
-    for (size_t i = begin; i < end; i++) {
-        CoVec3 o = co_sort_origin(scan->records, i);
-        if (!co_is_finite3(o)) {
-            invalid++;
-            continue;
-        }
-        low = co_vec3(co_min(o.x, low.x), co_min(o.y, low.y), co_min(o.z, low.z));
-        high = co_vec3(co_max(o.x, high.x), co_max(o.y, high.y), co_max(o.z, high.z));
-    }
-    if (invalid < end - begin) {
-        widen(scan, 0, low.x, high.x);
-        widen(scan, 1, low.y, high.y);
-        widen(scan, 2, low.z, high.z);
-    }
-    atomic_fetch_add(&scan->invalid, invalid);
-}
-
-// Bounds of the origins, and how many are finite.
-static void find_bounds(CoRaySort *sort)
-{
-    Scan scan = {.records = sort->records};
-    for (int a = 0; a < 3; a++)
-        atomic_store(&scan.low[a], UINT32_MAX);
-    co_parallel_for(sort->records->count, GRAIN, scan_range, &scan);
-    sort->valid = sort->records->count - atomic_load(&scan.invalid);
-    float low[3] = {0};
-    for (int a = 0; a < 3 && sort->valid > 0; a++) {
-        low[a] = unordered(atomic_load(&scan.low[a]));
-        sort->extent = fmaxf(sort->extent, unordered(atomic_load(&scan.high[a])) - low[a]);
-    }
-    sort->low = co_vec3_load(low);
-}
 
 // --- exact --------------------------------------------------------------------------------------
 
@@ -131,6 +56,17 @@ static void sort_exact(CoRaySort *sort)
     co_parallel_for(count, GRAIN, order_range, sort);
 }
 
+static void set_bounds(CoRaySort *sort)
+{
+    const CoRayBounds *bounds = &sort->records->bounds;
+    sort->valid = sort->records->count - bounds->invalid;
+    if (sort->valid == 0)
+        return;
+    CoVec3 extent = co_sub(bounds->high, bounds->low);
+    sort->low = bounds->low;
+    sort->extent = co_max3(extent);
+}
+
 bool co_sort_rays(const CoRayRecords *records, CoRaySorter sorter, CoSortScratch *scratch,
                   uint32_t *order, CohortError *err)
 {
@@ -143,7 +79,7 @@ bool co_sort_rays(const CoRayRecords *records, CoRaySorter sorter, CoSortScratch
     sort.memory = co_sort_scratch_reserve(scratch, bytes, err);
     if (!sort.memory)
         return false;
-    find_bounds(&sort);
+    set_bounds(&sort);
     if (is_exact)
         sort_exact(&sort);
     else

@@ -18,7 +18,7 @@ typedef struct CoRaySorter {
 } CoRaySorter;
 
 // Fills order[0 .. records->count) with the indices of the records, each once, in a coherent order.
-// Records with NaN or infinite origins come last.
+// Records with NaN or infinite origins come last; records->bounds counts them.
 //   EXACT  median splits on the longest axis of the subset's bounds: by origin down to 4096 rays,
 //   by
 //          direction down to 64. Where all origins are one point (a pinhole), by direction at once.

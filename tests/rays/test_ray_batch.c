@@ -30,7 +30,7 @@ static CoRayRecords make_records(uint32_t options)
         co_ray_kernels(NULL)->encode(&queue, options, &encoded);
         memcpy(words + i * stride, encoded.words[0], stride * sizeof *words);
     }
-    CoRayRecords records = {words, COUNT, stride, 0, NULL};
+    CoRayRecords records = {.words = words, .count = COUNT, .stride = stride};
     return records;
 }
 

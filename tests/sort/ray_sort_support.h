@@ -67,7 +67,8 @@ static inline void fill_scene(CoRayBatch *batch, size_t count, size_t step)
 // What sorting looks at; the rest of the records is left zero. Batches of one bin say so.
 static inline void write_records(const CoRayBatch *b, uint32_t *words, CoRayRecords *out)
 {
-    *out = (CoRayRecords){words, b->count, CO_RAY_WORDS, 0, NULL};
+    *out = (CoRayRecords){.words = words, .count = b->count, .stride = CO_RAY_WORDS};
+    out->bounds = co_ray_bounds_none();
     for (size_t i = 0; i < b->count; i++) {
         uint32_t *w = words + i * CO_RAY_WORDS, code[2];
         CoVec3 dir = co_vec3(b->dir_x[i], b->dir_y[i], b->dir_z[i]);
@@ -81,6 +82,7 @@ static inline void write_records(const CoRayBatch *b, uint32_t *words, CoRayReco
         if (co_ray_bin(grid) != 0)
             out->bin = CO_RAY_BIN_MIXED;
     }
+    co_ray_bounds_add(&out->bounds, words, b->count, CO_RAY_WORDS);
 }
 
 // Sorts the rays of a batch with everything that belongs to them.

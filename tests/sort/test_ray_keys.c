@@ -75,7 +75,8 @@ static void keys_do_not_depend_on_the_instruction_set(void **state)
         CoKeyGrid grid = {{0, -1, 0}, 0.0f, 7, 12, 27, 0, 13};
         if (k % 2)
             grid = (CoKeyGrid){{0, -1, 0}, 1.28f, 7, 5, 21, 13, 13};
-        CoRayRecords records = {words, COUNT, CO_RAY_WORDS, CO_RAY_BIN_MIXED, NULL};
+        CoRayRecords records = {
+            .words = words, .count = COUNT, .stride = CO_RAY_WORDS, .bin = CO_RAY_BIN_MIXED};
         CoRayKeysFn *keys = co_ray_keys(isas[k / 2]);
         if (!keys)
             continue;
