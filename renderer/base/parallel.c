@@ -52,6 +52,7 @@ bool co_in_parallel(void)
 
 typedef struct Call {
     size_t count, grain, blocks;
+    size_t large, least; // blocks of `grain` items, those of the others
     CoParallelFn *fn;
     void *context;
 } Call;
@@ -59,9 +60,15 @@ typedef struct Call {
 // False when it was for one thread and is done.
 static bool begin_call(Call *call, int *threads)
 {
-    call->grain = call->grain ? call->grain : 1;
-    call->blocks = call->count ? (call->count - 1) / call->grain + 1 : 0;
+    size_t grain = call->grain ? call->grain : 1, full = call->count / grain;
+    size_t least = call->least == 0 ? 1 : call->least < grain ? call->least : grain;
     *threads = (int)co_worker_count();
+    size_t kept = least < grain ? (size_t)*threads : 0; // to be cut up
+    call->grain = grain;
+    call->least = least;
+    call->large = full > kept ? full - kept : 0;
+    size_t rest = call->count - call->large * grain;
+    call->blocks = call->large + (rest ? (rest - 1) / least + 1 : 0);
     *threads = call->blocks < (size_t)*threads ? (int)call->blocks : *threads;
     if (*threads > 1)
         return true;
@@ -72,20 +79,28 @@ static bool begin_call(Call *call, int *threads)
 
 static void do_block(const Call *call, size_t block)
 {
-    size_t begin = block * call->grain, left = call->count - begin;
-    size_t end = left < call->grain ? call->count : begin + call->grain;
+    bool is_large = block < call->large;
+    size_t size = is_large ? call->grain : call->least, before = is_large ? 0 : call->large;
+    size_t begin = before * call->grain + (block - before) * size, left = call->count - begin;
+    size_t end = left < size ? call->count : begin + size;
     call->fn(call->context, begin, end, (uint32_t)omp_get_thread_num());
 }
 
-void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context)
+void co_parallel_for_tapered(size_t count, size_t grain, size_t least, CoParallelFn *fn,
+                             void *context)
 {
-    Call call = {.count = count, .grain = grain, .fn = fn, .context = context};
+    Call call = {.count = count, .grain = grain, .least = least, .fn = fn, .context = context};
     int threads;
     if (!begin_call(&call, &threads))
         return;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
     for (size_t block = 0; block < call.blocks; block++)
         do_block(&call, block);
+}
+
+void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context)
+{
+    co_parallel_for_tapered(count, grain, grain, fn, context);
 }
 
 // A thread's own blocks: the next of them, and where they end. A cache line, as each has its own.
@@ -96,7 +111,7 @@ typedef struct Part {
 
 void co_parallel_for_parts(size_t count, size_t grain, CoParallelFn *fn, void *context)
 {
-    Call call = {.count = count, .grain = grain, .fn = fn, .context = context};
+    Call call = {.count = count, .grain = grain, .least = grain, .fn = fn, .context = context};
     Part parts[PARTS];
     int threads;
     if (!begin_call(&call, &threads))

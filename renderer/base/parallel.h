@@ -20,6 +20,12 @@ void co_parallel_for(size_t count, size_t grain, CoParallelFn *fn, void *context
 // one and met again in the next, which then is in that thread's own cache.
 void co_parallel_for_parts(size_t count, size_t grain, CoParallelFn *fn, void *context);
 
+// The same in long blocks, for work that finds in a thread's caches what its neighbors left there:
+// the last of them, one for each thread, are cut into blocks of `least` items, so that threads end
+// together.
+void co_parallel_for_tapered(size_t count, size_t grain, size_t least, CoParallelFn *fn,
+                             void *context);
+
 // Sets how many threads later calls from this thread use; 0 = as many as the machine has; at most
 // 64 or four per processor.
 void co_worker_count_set(uint32_t count);

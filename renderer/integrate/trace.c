@@ -6,6 +6,13 @@
 #include "base/parallel.h"
 #include "sort/ray_sort.h"
 
+enum {
+    DECODED_RAYS = 1024, // before they are traversed
+    // Groups that follow each other meet the same nodes: a thread that takes many in a row finds
+    // more of them in its own cache.
+    TASK_RAYS = 16 * DECODED_RAYS
+};
+
 uint8_t co_trace_class(uint32_t kind)
 {
     static const uint8_t classes[] = {[CO_RAY_CAMERA] = COHORT_HIDDEN_FROM_CAMERA,
@@ -75,22 +82,28 @@ static void pass_ties(const CohortRender *render, size_t begin, size_t end)
     }
 }
 
-// Some groups, traversed while what was decoded is still in the inner cache.
-static void trace_groups(void *context, size_t begin, size_t end, uint32_t worker)
+// Some rays, traversed while what was decoded is still in the inner cache.
+static void trace_rays(CohortRender *render, size_t first, size_t last, uint32_t worker)
 {
-    CohortRender *render = context;
     CoActiveBatch *b = &render->batch;
-    if (co_render_is_cancelled(render))
-        return;
-    size_t first = begin * CO_GROUP_RAYS, last = end * CO_GROUP_RAYS;
-    if (last > b->rays.count)
-        last = b->rays.count;
     prepare_rays(render, first, last);
     render->kernels->traverse(&render->scene->accel, &b->rays, b->flags, &b->hits, first, last,
                               render->groups_rays, &render->workers[worker].traverse);
     if (render->scene->has_cutouts)
         pass_ties(render, first, last);
     render->workers[worker].traced += last - first;
+}
+
+static void trace_groups(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    CohortRender *render = context;
+    size_t last = end * CO_GROUP_RAYS, count = render->batch.rays.count;
+    last = last < count ? last : count;
+    for (size_t i = begin * CO_GROUP_RAYS; i < last; i += DECODED_RAYS) {
+        if (co_render_is_cancelled(render))
+            return;
+        trace_rays(render, i, last - i < DECODED_RAYS ? last : i + DECODED_RAYS, worker);
+    }
 }
 
 bool co_stage_trace(CohortRender *render, CohortError *err)
@@ -104,7 +117,8 @@ bool co_stage_trace(CohortRender *render, CohortError *err)
     b->hits.count = b->rays.count;
     size_t groups = (b->rays.count + CO_GROUP_RAYS - 1) / CO_GROUP_RAYS;
     double sorted = co_clock_seconds();
-    co_parallel_for(groups, 16, trace_groups, render);
+    co_parallel_for_tapered(groups, TASK_RAYS / CO_GROUP_RAYS, DECODED_RAYS / CO_GROUP_RAYS,
+                            trace_groups, render);
     render->seconds_sort_rays += sorted - start;
     render->seconds_traverse += co_clock_seconds() - sorted;
     return true;

@@ -73,6 +73,34 @@ static void each_item_is_done_once(void **state)
         check_each_item(for_fns[f]);
 }
 
+// Large blocks first, in order; as many as threads, and what is over, are cut up.
+static void the_last_blocks_are_short(void **state)
+{
+    (void)state;
+    static Work work;
+    const size_t counts[] = {1, 9, 100, 299, 300, 301, 409, COUNT};
+    for (uint32_t threads = 2; threads <= 8; threads *= 2) {
+        co_worker_count_set(threads);
+        for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+            memset(&work, 0, sizeof work);
+            co_parallel_for_tapered(counts[c], 100, 10, mark, &work);
+            for (size_t i = 0; i < COUNT; i++)
+                assert_int_equal(work.seen[i], i < counts[c]);
+            assert_int_equal(work.shared, 0);
+            size_t full = counts[c] / 100, large = full > threads ? full - threads : 0;
+            assert_int_equal(work.calls, large + (counts[c] - large * 100 + 9) / 10);
+            assert_true(work.largest <= (large ? 100u : 10u));
+        }
+        memset(&work, 0, sizeof work);
+        co_parallel_for_tapered(25, 0, 0, mark, &work);
+        assert_int_equal(work.calls, 25);
+        memset(&work, 0, sizeof work);
+        co_parallel_for_tapered(25, 5, 7, mark, &work); // no longer than the long ones
+        assert_int_equal(work.calls, 5);
+    }
+    co_worker_count_set(0);
+}
+
 static void nothing_to_do_calls_nobody(void **state)
 {
     (void)state;
@@ -278,6 +306,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_item_is_done_once),
+        cmocka_unit_test(the_last_blocks_are_short),
         cmocka_unit_test(nothing_to_do_calls_nobody),
         cmocka_unit_test(parts_are_begun_by_their_own),
         cmocka_unit_test(one_thread_gets_all_at_once),

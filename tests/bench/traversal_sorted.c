@@ -7,7 +7,8 @@
 #include <string.h>
 
 enum {
-    SORT_PAYS_BYTES = 1 << 20 // as integrate/render.c has it
+    SORT_PAYS_BYTES = 1 << 20,   // as integrate/render.c has it
+    TASK_RAYS = 16 * BENCH_GRAIN // as integrate/trace.c has it
 };
 
 typedef struct Pack {
@@ -143,7 +144,8 @@ static void book(const Bench *bench, double *since, double parts[PART_COUNT], Pa
     *since = at;
 }
 
-// As integrate/trace.c has it: some groups, traversed while what was decoded is in the inner cache.
+// As integrate/trace.c has it: some groups at a time, traversed while what was decoded is in the
+// inner cache.
 typedef struct Trace {
     const Bench *bench;
     Decode decode;
@@ -154,9 +156,12 @@ static void decode_and_trace(void *context, size_t begin, size_t end, uint32_t w
 {
     Trace *trace = context;
     CoTraverseStats stats = {0};
-    decode_range(&trace->decode, begin, end, worker);
-    trace->bench->kernels->traverse(&trace->bench->scene.accel, trace->decode.batch, NULL,
-                                    trace->hits, begin, end, true, &stats);
+    for (size_t first = begin; first < end; first += BENCH_GRAIN) {
+        size_t last = end - first < BENCH_GRAIN ? end : first + BENCH_GRAIN;
+        decode_range(&trace->decode, first, last, worker);
+        trace->bench->kernels->traverse(&trace->bench->scene.accel, trace->decode.batch, NULL,
+                                        trace->hits, first, last, true, &stats);
+    }
 }
 
 static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool sorts,
@@ -171,7 +176,7 @@ static void trace_batches(Bench *bench, CoRayBins *bins, CoRayBatch *batch, bool
             sort_batch(bench, &records);
         book(bench, &since, parts, PART_SORT);
         co_ray_batch_begin(batch, records.count);
-        co_parallel_for(records.count, BENCH_GRAIN, decode_and_trace, &trace);
+        co_parallel_for_tapered(records.count, TASK_RAYS, BENCH_GRAIN, decode_and_trace, &trace);
         book(bench, &since, parts, PART_TRACE);
         co_ray_bins_recycle(bins, &records);
     }
