@@ -5,10 +5,13 @@
 
 #include "base/memory.h"
 
+#include <math.h>
+
 enum {
     SIDE = 24, // quads a side
     POINTS = (SIDE + 1) * (SIDE + 1),
-    PLACES = 12
+    PLACES = 12,
+    STRIPS = 300
 };
 
 typedef struct Sheet {
@@ -123,6 +126,56 @@ static void moved_points_and_places_are_refitted(void **state)
     assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), 0);
 }
 
+// Long quads in all directions across each other, turned by so much: their boxes are of shards.
+static void set_strips(CohortScene *scene, uint32_t object, double turn)
+{
+    float points[12 * STRIPS];
+    int32_t counts[STRIPS], indices[4 * STRIPS];
+    CohortError err = {0};
+    for (int32_t i = 0; i < STRIPS; i++) {
+        double phi = 2.399963 * i + turn, up = (i + 0.5) / STRIPS - 0.5;
+        double along[3] = {0.6 * cos(phi), 0.6 * sin(phi), up}, across[3] = {-sin(phi), cos(phi)};
+        counts[i] = 4;
+        for (int32_t c = 0; c < 4; c++) {
+            double end = c % 3 ? 1.0 : -1.0, side = c < 2 ? 0.003 : -0.003;
+            indices[4 * i + c] = 4 * i + c;
+            for (int k = 0; k < 3; k++)
+                points[12 * i + 3 * c + k] = (float)(end * along[k] + side * across[k]);
+        }
+    }
+    CohortMeshDesc desc = test_cage(points, 4 * STRIPS, counts, STRIPS, indices, 4 * STRIPS);
+    desc.material = test_matte(scene, 0.0f, 0.5f, &err);
+    TEST_OK(cohort_scene_set_mesh(scene, object, &desc, &err), &err);
+}
+
+// A tree over shards is no good for points that have moved.
+static void shards_that_move_are_built_anew(void **state)
+{
+    (void)state;
+    uint32_t object;
+    CohortSceneCounts counts;
+    CohortScene *moved = make_scene(COHORT_SCHEME_NONE, 0.2f, 0.0, &object);
+    set_strips(moved, object, 0.0);
+    float *before = picture(moved);
+    set_strips(moved, object, 0.5);
+    float *after = picture(moved);
+    cohort_scene_counts(moved, &counts);
+    assert_int_equal(counts.mesh_refits, 0);
+    CohortScene *anew = make_scene(COHORT_SCHEME_NONE, 0.2f, 0.0, &object);
+    set_strips(anew, object, 0.5);
+    float *wanted = picture(anew), sum = 0.0f;
+    for (int i = 0; i < 48 * 48; i++)
+        sum += wanted[4 * i];
+    assert_true(sum > 100.0f);
+    assert_memory_equal(after, wanted, 48 * 48 * 4 * sizeof *wanted);
+    assert_memory_not_equal(before, wanted, 48 * 48 * 4 * sizeof *wanted);
+    free(before);
+    free(after);
+    free(wanted);
+    cohort_scene_destroy(moved);
+    cohort_scene_destroy(anew);
+}
+
 // Two edits before one commit; then a face less, which is another topology.
 static void other_topologies_are_built(void **state)
 {
@@ -173,6 +226,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(moved_points_and_places_are_refitted),
+        cmocka_unit_test(shards_that_move_are_built_anew),
         cmocka_unit_test(other_topologies_are_built),
         cmocka_unit_test(failures_on_the_way_are_made_good),
     };
