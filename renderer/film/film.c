@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "math/bits.h"
 
 #include <string.h>
 
@@ -118,13 +119,6 @@ static void count(CoFilm *film, int counter)
     atomic_fetch_add_explicit(&film->open[counter], 1, memory_order_relaxed);
 }
 
-static uint32_t float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
 // Relaxed order is enough: sums modulo 2^128 commute, and every carry out of the low word is seen
 // by exactly one addition, which hands it on. Readers come after the parallel section has ended.
 static void add_shared(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
@@ -150,7 +144,7 @@ static void add_alone(_Atomic uint64_t *sum, uint64_t low, uint64_t high)
 static void add_fixed(const CoFilm *film, _Atomic uint64_t *sum, float value)
 {
     int unit_exponent = film->unit_exponent;
-    uint32_t bits = float_bits(value);
+    uint32_t bits = co_float_bits(value);
     uint32_t exponent = bits >> 23 & 255u;
     uint64_t mantissa = exponent ? (bits & 0x7fffffu) | 0x800000u : bits & 0x7fffffu;
     int shift = (exponent ? (int)exponent : 1) - 150 + 64 - unit_exponent;
@@ -266,8 +260,8 @@ void co_film_add_first(CoFilm *film, uint32_t pixel, uint32_t sample, const CoFi
     CO_ASSERT(pixel < film->pixels);
     add_vector(film, CO_PLANE_NORMAL, pixel, hit->normal);
     add_vector(film, CO_PLANE_ALBEDO, pixel, hit->albedo);
-    keep_first(film, CO_PLANE_DEPTH, pixel, sample, float_bits(hit->depth));
-    keep_first(film, CO_PLANE_CAMERA_DEPTH, pixel, sample, float_bits(hit->camera_depth));
+    keep_first(film, CO_PLANE_DEPTH, pixel, sample, co_float_bits(hit->depth));
+    keep_first(film, CO_PLANE_CAMERA_DEPTH, pixel, sample, co_float_bits(hit->camera_depth));
     keep_first(film, CO_PLANE_PRIM_ID, pixel, sample, (uint32_t)hit->prim_id);
     keep_first(film, CO_PLANE_ELEMENT_ID, pixel, sample, (uint32_t)hit->element_id);
 }

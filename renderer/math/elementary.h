@@ -8,27 +8,13 @@
 #ifndef CO_MATH_ELEMENTARY_H
 #define CO_MATH_ELEMENTARY_H
 
+#include "math/bits.h"
+
 #include <math.h>
-#include <stdint.h>
-#include <string.h>
 
 #define CO_PI_D 3.14159265358979323846
 
 // ---- Pieces in double: about 1e-11 relative ----------------------------------------------------
-
-static inline double co_double_from_bits(uint64_t bits)
-{
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static inline uint64_t co_double_bits(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 // sin and cos of |x| <= pi/4 and a little.
 static inline void co_sincos_eighth_d(double r, double *sine, double *cosine)

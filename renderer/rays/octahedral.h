@@ -7,6 +7,7 @@
 #ifndef CO_RAYS_OCTAHEDRAL_H
 #define CO_RAYS_OCTAHEDRAL_H
 
+#include "math/bits.h"
 #include "math/vec.h"
 
 #include <float.h>
@@ -47,9 +48,7 @@ static inline CoVec3 co_oct_decode(CoOct code, int32_t max)
 
 static inline int32_t co_oct_sign_bits(float x)
 {
-    int32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
+    return (int32_t)co_float_bits(x);
 }
 
 // Nearest point of the grid. False, and the +z axis, for vectors that are zero or not finite.

@@ -33,7 +33,7 @@ static uint32_t ordered(float x)
 
 static float unordered(uint32_t bits)
 {
-    return co_bits_float(bits & 0x80000000u ? bits & 0x7fffffffu : ~bits);
+    return co_float_from_bits(bits & 0x80000000u ? bits & 0x7fffffffu : ~bits);
 }
 
 static bool make_in_memory(CoRayBins *bins, CoBinFile *file)

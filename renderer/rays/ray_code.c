@@ -96,7 +96,7 @@ static float step_decode(uint32_t code)
     if (code == 0)
         return 0.0f;
     uint32_t octave = code / 4 + 127 - CO_STEP_ORIGIN / 4;
-    return quarters[code % 4] * co_bits_float(octave << 23);
+    return quarters[code % 4] * co_float_from_bits(octave << 23);
 }
 
 static CoVec3 weight_decode(uint32_t word, uint32_t high_bits, uint32_t kind)
@@ -127,7 +127,7 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
     out->spread = step_decode(words[8] >> 16 & 255u);
     uint32_t next = CO_RAY_WORDS;
     if (options & CO_RAY_OPTION_TNEAR)
-        out->tnear = co_bits_float(words[next++]);
+        out->tnear = co_float_from_bits(words[next++]);
     if (options & CO_RAY_OPTION_EXTRA)
         out->extra = words[next];
 }
@@ -135,7 +135,7 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
 {
     co_ray_decode_shading(words, options, out);
-    out->org = co_vec3(co_bits_float(words[0]), co_bits_float(words[1]), co_bits_float(words[2]));
+    out->org = co_vec3(co_float_from_bits(words[0]), co_float_from_bits(words[1]), co_float_from_bits(words[2]));
     out->dir = co_ray_decode_direction(words);
     out->code[0] = (words[3] & CO_DIRECTION_MASK) + 1;
     out->code[1] = (words[4] & CO_DIRECTION_MASK) + 1;

@@ -14,9 +14,8 @@
 #ifndef CO_RAYS_RAY_PARTS_H
 #define CO_RAYS_RAY_PARTS_H
 
+#include "math/bits.h"
 #include "rays/ray.h"
-
-#include <string.h>
 
 enum {
     CO_NORMAL_MAX = 127,
@@ -58,26 +57,9 @@ _Static_assert(CO_RAY_WORDS * sizeof(uint32_t) == 36, "the record of the paper")
 _Static_assert(CO_RAY_WORDS_MAX * sizeof(uint32_t) == 44, "the record with every optional word");
 _Static_assert(sizeof(float) == sizeof(uint32_t), "floats travel in words");
 
-static inline uint32_t co_float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static inline float co_bits_float(uint32_t bits)
-{
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
 static inline double co_power_of_two(int exponent) // -1022 to 1023
 {
-    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
+    return co_double_from_bits((uint64_t)(exponent + 1023) << 52);
 }
 
 static inline int co_exponent_bias(uint32_t kind)
@@ -102,7 +84,7 @@ static inline float co_pdf_decode(uint32_t code)
         return 0.0f;
     if (code == CO_PDF_DELTA)
         return INFINITY;
-    return co_bits_float((code + CO_PDF_ORIGIN) << CO_PDF_SHIFT);
+    return co_float_from_bits((code + CO_PDF_ORIGIN) << CO_PDF_SHIFT);
 }
 
 #endif

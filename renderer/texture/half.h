@@ -4,8 +4,7 @@
 #ifndef CO_TEXTURE_HALF_H
 #define CO_TEXTURE_HALF_H
 
-#include <stdint.h>
-#include <string.h>
+#include "math/bits.h"
 
 // Exact.
 static inline float co_half_to_float(uint16_t half)
@@ -13,24 +12,19 @@ static inline float co_half_to_float(uint16_t half)
     uint32_t sign = (uint32_t)(half & 0x8000) << 16, exponent = half >> 10 & 31;
     uint32_t mantissa = half & 1023, bits;
     if (exponent == 0) {
-        float value = (float)mantissa * 0x1p-24f;
-        memcpy(&bits, &value, 4);
-        bits |= sign;
+        bits = sign | co_float_bits((float)mantissa * 0x1p-24f);
     } else if (exponent == 31) {
         bits = sign | 0x7f800000 | mantissa << 13;
     } else {
         bits = sign | (exponent + 112) << 23 | mantissa << 13;
     }
-    float out;
-    memcpy(&out, &bits, 4);
-    return out;
+    return co_float_from_bits(bits);
 }
 
 // Rounds half away from zero; a zero of either sign gives +0.
 static inline uint16_t co_half_from_float(float value)
 {
-    uint32_t bits;
-    memcpy(&bits, &value, 4);
+    uint32_t bits = co_float_bits(value);
     uint32_t sign = bits >> 16 & 0x8000, rest = bits & 0x7fffffff;
     if (rest == 0)
         return 0;
@@ -40,11 +34,8 @@ static inline uint16_t co_half_from_float(float value)
     }
     if (rest >= 0x47800000)
         return (uint16_t)(sign | 0x7c00);
-    if (rest < 0x38800000) { // below 2^-14
-        float scaled;
-        memcpy(&scaled, &rest, 4);
-        return (uint16_t)(sign | (uint32_t)(scaled * 0x1p24f + 0.5f));
-    }
+    if (rest < 0x38800000) // below 2^-14
+        return (uint16_t)(sign | (uint32_t)(co_float_from_bits(rest) * 0x1p24f + 0.5f));
     return (uint16_t)(sign | (rest - 0x38000000 + 0x1000) >> 13);
 }
 

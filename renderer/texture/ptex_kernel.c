@@ -1,14 +1,14 @@
 #include "texture/ptex_kernel.h"
 
+#include "math/bits.h"
+
 #include <math.h>
 #include <string.h>
 
 // -floor(log2 w) from the exponent's bits; w is normal and at most 1.
 static int resolution_of(float w)
 {
-    uint32_t bits;
-    memcpy(&bits, &w, 4);
-    return 127 - (int)(bits >> 23 & 255);
+    return 127 - (int)(co_float_bits(w) >> 23 & 255);
 }
 
 static float clamp_width(float w, int face_log2)

@@ -1,4 +1,5 @@
 // Own elementary functions against libm in double: error in units of the last place, and edges.
+// Also tests bits.h.
 
 #include "math/elementary.h"
 
@@ -132,6 +133,23 @@ static void waves_of_no_number_are_no_number(void **state)
     assert_true(co_sinf(3e38f) == 0.0f && co_cosf(-3e38f) == 1.0f);
 }
 
+static void bits_go_there_and_back(void **state)
+{
+    (void)state;
+    assert_int_equal(co_float_bits(-1.0f), 0xbf800000u);
+    assert_true(co_double_bits(-1.0) == 0xbff0000000000000u);
+    static const uint64_t odd[] = {0,
+                                   1,
+                                   0x80000000u,
+                                   0x7fc00001u,
+                                   0x8000000000000000u,
+                                   0x7ff8000000000001u}; // zeros, denormals, NaN with a payload
+    for (size_t i = 0; i < sizeof odd / sizeof odd[0]; i++) {
+        assert_int_equal(co_float_bits(co_float_from_bits((uint32_t)odd[i])), (uint32_t)odd[i]);
+        assert_true(co_double_bits(co_double_from_bits(odd[i])) == odd[i]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -142,6 +160,7 @@ int main(void)
         cmocka_unit_test(logarithms_at_their_edges),
         cmocka_unit_test(powers_at_their_edges),
         cmocka_unit_test(angles_at_their_edges),
+        cmocka_unit_test(bits_go_there_and_back),
         cmocka_unit_test(waves_of_no_number_are_no_number),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

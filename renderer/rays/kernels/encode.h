@@ -35,7 +35,7 @@ static inline void find_valid(const CoRayQueue *q, uint32_t is_valid[RAYS])
     for (uint32_t i = 0; i < RAYS; i++) {
         float x = q->weight_x[i], y = q->weight_y[i], z = q->weight_z[i];
         int exponent = q->kind[i] == CO_RAY_LIGHT ? CO_EXPONENT_MAX_LIGHT : CO_EXPONENT_MAX;
-        float most = CO_MANTISSA_MAX * co_bits_float((uint32_t)(exponent + 127) << 23);
+        float most = CO_MANTISSA_MAX * co_float_from_bits((uint32_t)(exponent + 127) << 23);
         uint32_t has_weight =
             (x >= 0.0f) & (y >= 0.0f) & (z >= 0.0f) & (x <= most) & (y <= most) & (z <= most);
         uint32_t has_origin =
@@ -48,10 +48,7 @@ static inline void find_valid(const CoRayQueue *q, uint32_t is_valid[RAYS])
 static inline double unit(uint64_t hash)
 {
     uint64_t bits = 0x3ff0000000000000u | hash >> 12, low = 0x3ca0000000000000u & -(hash >> 11 & 1);
-    double x, y;
-    memcpy(&x, &bits, sizeof x);
-    memcpy(&y, &low, sizeof y);
-    return (x - 1.0) + y;
+    return (co_double_from_bits(bits) - 1.0) + co_double_from_bits(low);
 }
 
 static inline uint32_t round_channel(float w, double scale, uint64_t hash)
@@ -69,9 +66,8 @@ static inline void encode_weights(const CoRayQueue *q, const uint64_t seeds[RAYS
         float y = is_valid ? q->weight_y[i] : 0.0f;
         float z = is_valid ? q->weight_z[i] : 0.0f;
         double max = (double)co_max(co_max(x, y), z);
-        uint64_t bits;
-        memcpy(&bits, &max, sizeof bits);
-        int32_t exponent = (int32_t)(bits >> 52) - 1023 - 8, least = -co_exponent_bias(q->kind[i]);
+        int32_t exponent = (int32_t)(co_double_bits(max) >> 52) - 1023 - 8,
+                least = -co_exponent_bias(q->kind[i]);
         exponent = exponent < least ? least : exponent;
         exponent += max * co_power_of_two(-exponent) > (double)CO_MANTISSA_MAX;
         double scale = co_power_of_two(-exponent);

@@ -25,7 +25,7 @@ static inline void gather(const CoRayRecords *records, size_t begin, size_t coun
     for (size_t i = 0; i < count; i++) {
         const uint32_t *words = records->words + (begin + i) * records->stride;
         for (int k = 0; k < 3; k++)
-            out->org[k][i] = co_bits_float(words[k]);
+            out->org[k][i] = co_float_from_bits(words[k]);
         for (int k = 0; k < 2; k++)
             out->code[k][i] = (int32_t)(words[3 + k] & CO_DIRECTION_MASK) - CO_DIRECTION_MAX;
     }
