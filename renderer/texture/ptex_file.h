@@ -111,9 +111,11 @@ typedef struct CoPtexFile {
     CoBlockStamp *stamps; // [block_count]
     uint32_t block_count, block_capacity;
     CoPtexTiling *tilings;
-    uint32_t tiling_count, tiling_capacity;
+    uint32_t tiling_count;
+    size_t tiling_capacity;
     CoPtexMeta *meta; // by key; later entries of a key have replaced earlier ones
-    uint32_t meta_count, meta_capacity;
+    uint32_t meta_count;
+    size_t meta_capacity;
     struct CoPtexBytes *owned; // inflated metadata
 } CoPtexFile;
 

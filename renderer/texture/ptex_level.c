@@ -48,15 +48,11 @@ static bool reserve_blocks(CoPtexOpening *opening, uint64_t count)
 static bool reserve_tiling(CoPtexOpening *opening)
 {
     CoPtexFile *file = opening->file;
-    if (file->tiling_count < file->tiling_capacity)
-        return true;
-    uint32_t capacity = 2 * file->tiling_capacity + 8;
-    void *tilings =
-        co_realloc(CO_MEMORY_TEXTURE, file->tilings, file->tiling_capacity * sizeof *file->tilings,
-                   capacity * sizeof *file->tilings);
-    CO_CHECK_MEMORY(tilings, opening->err);
+    void *tilings = file->tilings;
+    bool ok = co_grow(CO_MEMORY_TEXTURE, &tilings, file->tiling_count, &file->tiling_capacity,
+                      sizeof *file->tilings);
+    CO_CHECK(ok, opening->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     file->tilings = tilings;
-    file->tiling_capacity = capacity;
     return true;
 }
 

@@ -8,15 +8,11 @@ static const uint32_t element_sizes[] = {1, 1, 2, 4, 4, 8};
 static bool push(CoPtexOpening *opening, const CoPtexMeta *meta)
 {
     CoPtexFile *file = opening->file;
-    if (file->meta_count == file->meta_capacity) {
-        uint32_t capacity = 2 * file->meta_capacity + 8;
-        void *grown =
-            co_realloc(CO_MEMORY_TEXTURE, file->meta, file->meta_capacity * sizeof *file->meta,
-                       capacity * sizeof *file->meta);
-        CO_CHECK_MEMORY(grown, opening->err);
-        file->meta = grown;
-        file->meta_capacity = capacity;
-    }
+    void *entries = file->meta;
+    bool ok = co_grow(CO_MEMORY_TEXTURE, &entries, file->meta_count, &file->meta_capacity,
+                      sizeof *file->meta);
+    CO_CHECK(ok, opening->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    file->meta = entries;
     file->meta[file->meta_count] = *meta;
     file->meta[file->meta_count].order = file->meta_count;
     file->meta_count++;
