@@ -135,15 +135,20 @@ static void grow_box(double box[6], const CoMat4d *m, CoVec3 lo, CoVec3 hi)
     }
 }
 
+// Whether a placement puts anything anywhere.
+static bool shows(const CohortScene *scene, const CohortInstanceDesc *desc)
+{
+    const CoSceneObject *child = &scene->objects[desc->object];
+    return !desc->hidden && !box_is_empty(child->box_min, child->box_max);
+}
+
 // Fills object->instances with the placements that show, less `frame`.
 static void place_instances(CohortScene *scene, CoSceneObject *object, const double frame[3])
 {
     object->instance_count = 0;
     for (uint32_t i = 0; i < co_scene_placed_count(object); i++) {
         const CohortInstanceDesc *desc = co_scene_placed(object, i);
-        const CoSceneObject *child = &scene->objects[desc->object];
-        if (desc->hidden || child->kind == CO_OBJECT_EMPTY ||
-            box_is_empty(child->box_min, child->box_max))
+        if (!shows(scene, desc))
             continue;
         CoMat4d m = placement_matrix(scene, desc), inverse;
         for (int k = 0; k < 3; k++)
@@ -173,9 +178,7 @@ static void group_box(const CohortScene *scene, const CoSceneObject *object, dou
         const CohortInstanceDesc *desc = co_scene_placed(object, i);
         const CoSceneObject *child = &scene->objects[desc->object];
         CoMat4d m = placement_matrix(scene, desc), inverse;
-        if (!desc->hidden && child->kind != CO_OBJECT_EMPTY &&
-            !box_is_empty(child->box_min, child->box_max) &&
-            co_mat4d_invert_placement(&m, &inverse))
+        if (shows(scene, desc) && co_mat4d_invert_placement(&m, &inverse))
             grow_box(box, &m, child->box_min, child->box_max);
     }
 }
@@ -277,11 +280,9 @@ static bool commit_merged(CohortScene *scene, CoSceneObject *o, CohortError *err
     co_scene_object_release(o);
     o->box_min = co_vec3_splat(INFINITY);
     o->box_max = co_vec3_splat(-INFINITY);
-    for (uint32_t i = 0; i < o->edit_count; i++) {
-        const CoSceneObject *child = &scene->objects[o->edits[i].object];
-        if (!o->edits[i].hidden && !box_is_empty(child->box_min, child->box_max))
+    for (uint32_t i = 0; i < o->edit_count; i++)
+        if (shows(scene, &o->edits[i]))
             o->box_min = o->box_max = co_vec3_splat(0.0f);
-    }
     return co_scene_list_parts(scene, o, err);
 }
 
