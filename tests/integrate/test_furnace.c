@@ -9,6 +9,13 @@ enum {
     BLOCK = 16
 };
 
+static const CohortRenderSettings furnace = {.width = SIZE,
+                                             .height = SIZE,
+                                             .spp = 512,
+                                             .max_depth = 64,
+                                             .filter = COHORT_FILTER_BOX,
+                                             .batch = 1u << 16};
+
 static void check_blocks(const float *pixels, double expected, double tolerance)
 {
     for (int by = 0; by < SIZE; by += BLOCK)
@@ -39,14 +46,8 @@ static void closed_room_is_one(void **state)
     TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);
     test_camera(scene, 0, 0, 2.9, 1.0, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE,
-                                     .height = SIZE,
-                                     .spp = 512,
-                                     .max_depth = 64,
-                                     .filter = COHORT_FILTER_BOX,
-                                     .batch = 1u << 16};
     CohortRenderStats stats;
-    float *pixels = test_render(scene, &settings, &stats, &err);
+    float *pixels = test_render(scene, &furnace, &stats, &err);
     check_blocks(pixels, 1.0, 0.002);
     assert_int_equal(stats.ends_invalid, 0);
     assert_int_equal(stats.ends_miss, 0);
@@ -69,18 +70,10 @@ static void white_mesh_in_a_unit_dome_is_one(void **state)
     CohortInstanceDesc places[2] = {test_place(corner, 0, 0, 0, 1.0),
                                     test_place(box, 0, 0.6, 0, 0.5)};
     TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);
-    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
-    uint32_t light = cohort_scene_new_light(scene, &err);
-    TEST_OK(cohort_scene_set_light(scene, light, &dome, &err), &err);
+    test_dome(scene, &err);
     test_camera(scene, 0, 1, 5, 0.5, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE,
-                                     .height = SIZE,
-                                     .spp = 512,
-                                     .max_depth = 64,
-                                     .filter = COHORT_FILTER_BOX,
-                                     .batch = 1u << 16};
-    float *pixels = test_render(scene, &settings, NULL, &err);
+    float *pixels = test_render(scene, &furnace, NULL, &err);
     check_blocks(pixels, 1.0, 0.002);
     free(pixels);
     cohort_scene_destroy(scene);
@@ -96,17 +89,12 @@ static void lights_seen_cover_their_pixels(void **state)
         test_quads(scene, test_box_points, 8, test_box_indices, 6, NULL, COHORT_INVALID_ID, &err);
     CohortInstanceDesc place = test_place(box, 0, 0, 0, 0.5);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
-    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
-    uint32_t light = cohort_scene_new_light(scene, &err);
-    TEST_OK(cohort_scene_set_light(scene, light, &dome, &err), &err);
+    test_dome(scene, &err);
     test_camera(scene, 0, 0, 5, 0.5, &err);
     TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
-    CohortRenderSettings settings = {.width = SIZE,
-                                     .height = SIZE,
-                                     .spp = 4,
-                                     .max_depth = 2,
-                                     .filter = COHORT_FILTER_BOX,
-                                     .batch = 1u << 16};
+    CohortRenderSettings settings = furnace;
+    settings.spp = 4;
+    settings.max_depth = 2;
     for (int hide = 0; hide < 2; hide++) {
         settings.hide_lights = hide != 0;
         float *pixels = test_render(scene, &settings, NULL, &err);
@@ -172,9 +160,7 @@ static void panes_make_no_light(void **state)
         place.transform[0][2] = -s;
         place.transform[2][0] = s;
         TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
-        CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
-        TEST_OK(cohort_scene_set_light(scene, cohort_scene_new_light(scene, &err), &dome, &err),
-                &err);
+        test_dome(scene, &err);
         test_camera(scene, 0, 0, 5, 0.05, &err);
         TEST_OK(cohort_scene_commit(scene, NULL, &err), &err);
         double red = pane_mean(scene, 0, false, &err), alpha = pane_mean(scene, 3, true, &err);

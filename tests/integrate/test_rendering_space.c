@@ -26,8 +26,7 @@ static void albedo_in(const char *space, const float color[3], bool by_material,
     uint32_t wall = test_quads(scene, points, 4, indices, 1, color, material, &err);
     CohortInstanceDesc place = test_place(wall, 0, 0, 0, 1);
     TEST_OK(cohort_scene_set_group(scene, 0, &place, 1, &err), &err);
-    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
-    TEST_OK(cohort_scene_set_light(scene, cohort_scene_new_light(scene, &err), &dome, &err), &err);
+    test_dome(scene, &err);
     test_camera(scene, 0, 0, 2, 0.1, &err);
     CohortSceneOptions options = {.rendering_color_space = space};
     TEST_OK(cohort_scene_commit(scene, &options, &err), &err);

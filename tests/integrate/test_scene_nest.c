@@ -235,14 +235,7 @@ static void groups_come_back(void **state)
     for (int i = 0; i < 12; i++)
         moved[i] = points[i] + (i % 3 ? 0.0f : 8.0f);
     const int32_t counts[1] = {4};
-    CohortMeshDesc desc = {.scheme = COHORT_SCHEME_NONE,
-                           .points = moved,
-                           .point_count = 4,
-                           .face_vertex_counts = counts,
-                           .face_count = 1,
-                           .face_vertex_indices = indices,
-                           .face_vertex_index_count = 4,
-                           .material = COHORT_INVALID_ID};
+    CohortMeshDesc desc = test_cage(moved, 4, counts, 1, indices, 4);
     TEST_OK(cohort_scene_set_mesh(scene, quad, &desc, &err), &err);
     look(scene, colors[0], ids[0]);
     TEST_OK(cohort_scene_set_group(scene, 0, places, 2, &err), &err);

@@ -102,6 +102,14 @@ static inline uint32_t test_quads(CohortScene *scene, const float *points, size_
     return id;
 }
 
+// A dome of radiance 1.
+static inline void test_dome(CohortScene *scene, CohortError *err)
+{
+    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
+    uint32_t light = cohort_scene_new_light(scene, err);
+    TEST_OK(cohort_scene_set_light(scene, light, &dome, err), err);
+}
+
 // An axis-parallel box from -1 to 1, six quads.
 static const float test_box_points[24] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1,
                                           -1, -1, 1,  1, -1, 1,  1, 1, 1,  -1, 1, 1};
