@@ -1,6 +1,8 @@
-// The fast ray sort: one pass that finds cells and counts rays in them, one that moves an item of
-// eight bytes for each ray to its cell, and then, in cache, the directions within a run. Directions
-// stand in the records as points of a grid: sorting needs no decoding.
+// The fast ray sort: one pass that finds cells and counts rays in plots of many, one that moves an
+// item of eight bytes for each ray to its plot, and then, in cache, to its cell, and by direction
+// within a run. Straight to cells, of which there are more than lines in a cache, takes longer,
+// most of all where threads write to the same ones. Directions stand in the records as points of a
+// grid: sorting needs no decoding.
 #include "sort/ray_entry.h"
 
 #include "base/parallel.h"
@@ -16,10 +18,11 @@ enum {
     DENSE = 1 << 20,
     CELL_RAYS_BITS = 5, // log2 of the rays of a cell, were they spread evenly
     CELL_BITS_MAX = 18, // log2 of how many cells
+    PLOT_BITS_MAX = 9,  // log2 of how many plots, which are cells in a row
     FINE_BITS = 6,      // that a place is known better than by its cell, at least
     DIRECTION_BITS_MAX = 2 * CO_KEY_MIXED_BITS + CO_KEY_FACE_BITS,
     DIGIT_BITS_MAX = 10, // of the sort within a large cell
-    BLOCKS_MAX = 16,
+    BLOCKS_MAX = 64,
     BLOCK_MIN = 16384,
     COUNT_PART = 1024, // items that are counted while they are in cache
     INDEX_BITS_MAX = 26
@@ -36,13 +39,15 @@ typedef struct Segment {
 
 typedef struct Curve {
     const CoRaySort *sort;
-    uint64_t *items;
-    uint64_t *sorted; // by cell
-    uint32_t *counts; // [block][cell]; then where the block's next one goes
+    uint64_t *items;  // as they come, then by cell
+    uint64_t *plots;  // by plot
+    uint32_t *counts; // [block][plot]; then where the block's next one goes
+    uint32_t *ends;   // of cells
     Segment *segments;
     size_t segment_count, blocks, block_size;
     CoKeyGrid grid;
     uint32_t cell_bits; // the upper ones of a place
+    uint32_t plot_bits; // the upper ones of a cell
     uint32_t run_most;  // rays
 } Curve;
 
@@ -59,6 +64,16 @@ static size_t cell_count(const Curve *curve) // and one for invalid rays
     return ((size_t)1 << curve->cell_bits) + 1;
 }
 
+static uint32_t fine_bits(const Curve *curve) // of a cell in its plot
+{
+    return curve->cell_bits - curve->plot_bits;
+}
+
+static size_t plot_count(const Curve *curve) // and one for invalid rays
+{
+    return ((size_t)1 << curve->plot_bits) + 1;
+}
+
 static size_t block_end(const Curve *curve, size_t block)
 {
     size_t end = (block + 1) * curve->block_size, count = curve->sort->records->count;
@@ -68,11 +83,11 @@ static size_t block_end(const Curve *curve, size_t block)
 static void count_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Curve *curve = context;
-    uint32_t shift = cell_shift(curve);
+    uint32_t shift = cell_shift(curve) + fine_bits(curve);
     (void)worker;
     for (size_t block = begin; block < end; block++) {
-        uint32_t *counts = curve->counts + block * cell_count(curve);
-        memset(counts, 0, cell_count(curve) * sizeof *counts);
+        uint32_t *counts = curve->counts + block * plot_count(curve);
+        memset(counts, 0, plot_count(curve) * sizeof *counts);
         size_t last = block_end(curve, block);
         for (size_t at = block * curve->block_size; at < last; at += COUNT_PART) {
             size_t stop = last - at < COUNT_PART ? last : at + COUNT_PART;
@@ -83,15 +98,56 @@ static void count_blocks(void *context, size_t begin, size_t end, uint32_t worke
     }
 }
 
+static void scan_plots(const Curve *curve)
+{
+    uint32_t sum = 0;
+    for (size_t plot = 0; plot < plot_count(curve); plot++)
+        for (size_t block = 0; block < curve->blocks; block++) {
+            uint32_t *slot = &curve->counts[block * plot_count(curve) + plot], n = *slot;
+            *slot = sum;
+            sum += n;
+        }
+}
+
 static void place_blocks(void *context, size_t begin, size_t end, uint32_t worker)
 {
     const Curve *curve = context;
-    uint32_t shift = cell_shift(curve);
+    uint32_t shift = cell_shift(curve) + fine_bits(curve);
     (void)worker;
     for (size_t block = begin; block < end; block++) {
-        uint32_t *next = curve->counts + block * cell_count(curve);
+        uint32_t *next = curve->counts + block * plot_count(curve);
         for (size_t i = block * curve->block_size; i < block_end(curve, block); i++)
-            curve->sorted[next[curve->items[i] >> shift]++] = curve->items[i];
+            curve->plots[next[curve->items[i] >> shift]++] = curve->items[i];
+    }
+}
+
+// Where a plot ends is where its last block's next one would go.
+static size_t plot_end(const Curve *curve, size_t plot)
+{
+    return curve->counts[(curve->blocks - 1) * plot_count(curve) + plot];
+}
+
+// The items of a plot by cell, in cache, and where the cells end.
+static void divide_plots(void *context, size_t begin, size_t end, uint32_t worker)
+{
+    const Curve *curve = context;
+    uint32_t next[1 << (CELL_BITS_MAX - PLOT_BITS_MAX)], shift = cell_shift(curve);
+    uint32_t cells = 1u << fine_bits(curve), mask = cells - 1;
+    (void)worker;
+    for (size_t plot = begin; plot < end; plot++) {
+        size_t first = plot > 0 ? plot_end(curve, plot - 1) : 0, last = plot_end(curve, plot);
+        uint32_t sum = (uint32_t)first, *ends = curve->ends + plot * cells;
+        memset(next, 0, cells * sizeof *next);
+        for (size_t i = first; i < last; i++)
+            next[curve->plots[i] >> shift & mask]++;
+        for (uint32_t cell = 0; cell < cells; cell++) {
+            uint32_t n = next[cell];
+            next[cell] = sum;
+            sum += n;
+            ends[cell] = sum;
+        }
+        for (size_t i = first; i < last; i++)
+            curve->items[next[curve->plots[i] >> shift & mask]++] = curve->plots[i];
     }
 }
 
@@ -103,21 +159,16 @@ static void add_segment(Curve *curve, size_t end)
     curve->segments[curve->segment_count++] = (Segment){last->end, end, false};
 }
 
-// From counts to places. Segments end at multiples of 64, so that groups are full: the few rays
+// Segments end at multiples of 64, so that groups are full: the few rays
 // before go with the next segment, which is a neighbor.
 static void scan_cells(Curve *curve)
 {
-    uint32_t sum = 0, begin = 0; // of the segment
+    uint32_t before = 0, begin = 0; // of the cell, of the segment
     curve->segments[0] = (Segment){0, 0, false};
     curve->segment_count = 1;
-    for (size_t cell = 0; cell < cell_count(curve); cell++) {
-        uint32_t before = sum;
-        for (size_t block = 0; block < curve->blocks; block++) {
-            uint32_t *slot = &curve->counts[block * cell_count(curve) + cell], n = *slot;
-            *slot = sum;
-            sum += n;
-        }
-        if (sum - begin <= curve->run_most || cell + 1 == cell_count(curve))
+    for (size_t cell = 0; cell + 1 < cell_count(curve); before = curve->ends[cell++]) {
+        uint32_t sum = curve->ends[cell];
+        if (sum - begin <= curve->run_most)
             continue;
         // This cell does not fit the segment any more.
         begin = before / CO_SORT_GROUP * CO_SORT_GROUP;
@@ -137,7 +188,7 @@ static void scan_cells(Curve *curve)
 // the segment's parts of both arrays. Returns the array that has the result.
 static const uint64_t *sort_places(const Curve *curve, const Segment *segment)
 {
-    uint64_t *from = curve->sorted, *to = curve->items, differs = 0;
+    uint64_t *from = curve->items, *to = curve->plots, differs = 0;
     uint32_t shift = curve->grid.index_bits + curve->grid.direction_bits;
     uint32_t end = shift + curve->grid.place_bits;
     for (size_t i = segment->begin; i < segment->end; i++)
@@ -188,7 +239,7 @@ static void finish_segments(void *context, size_t begin, size_t end, uint32_t wo
     (void)worker;
     for (size_t s = begin; s < end; s++) {
         const Segment *segment = &curve->segments[s];
-        const uint64_t *items = curve->sorted;
+        const uint64_t *items = curve->items;
         if (segment->is_large || !has_directions)
             items = sort_places(curve, segment);
         size_t most = segment->is_large ? curve->run_most : curve->run_most + CO_SORT_GROUP;
@@ -221,15 +272,16 @@ static uint32_t cell_bits_of(size_t count)
 static size_t blocks_of(size_t count)
 {
     size_t blocks = (count + BLOCK_MIN - 1) / BLOCK_MIN, workers = co_worker_count();
-    size_t most = workers == 1 ? 1 : 2 * workers < BLOCKS_MAX ? 2 * workers : BLOCKS_MAX;
+    size_t most = workers == 1 ? 1 : 8 * workers < BLOCKS_MAX ? 8 * workers : BLOCKS_MAX;
     return blocks < most ? blocks : most;
 }
 
 size_t co_curve_sort_bytes(size_t count)
 {
     size_t cells = ((size_t)1 << cell_bits_of(count)) + 1;
-    return 2 * aligned(count * sizeof(uint64_t)) +
-           aligned(blocks_of(count) * cells * sizeof(uint32_t)) +
+    size_t plots = ((size_t)1 << PLOT_BITS_MAX) + 1;
+    return 2 * aligned(count * sizeof(uint64_t)) + aligned(2 * cells * sizeof(uint32_t)) +
+           aligned(blocks_of(count) * plots * sizeof(uint32_t)) +
            aligned(segments_most(count) * sizeof(Segment));
 }
 
@@ -239,6 +291,7 @@ static void choose_keys(Curve *curve)
     CoKeyGrid *grid = &curve->grid;
     bool is_mixed = sort->records->bin == CO_RAY_BIN_MIXED;
     curve->cell_bits = cell_bits_of(sort->records->count);
+    curve->plot_bits = curve->cell_bits < PLOT_BITS_MAX ? curve->cell_bits : PLOT_BITS_MAX;
     curve->run_most = sort->records->count < DENSE ? RUN_LEAST : RUN_DENSE;
     *grid = (CoKeyGrid){.low = sort->low};
     grid->index_bits = co_radix_bits((uint32_t)sort->records->count - 1);
@@ -262,16 +315,20 @@ void co_curve_sort_rays(const CoRaySort *sort)
     choose_keys(&curve);
     char *memory = sort->memory;
     curve.items = (uint64_t *)(void *)memory;
-    curve.sorted = (uint64_t *)(void *)(memory += aligned(count * sizeof(uint64_t)));
+    curve.plots = (uint64_t *)(void *)(memory += aligned(count * sizeof(uint64_t)));
     curve.counts = (uint32_t *)(void *)(memory += aligned(count * sizeof(uint64_t)));
-    memory += aligned(curve.blocks * cell_count(&curve) * sizeof(uint32_t));
+    memory += aligned(curve.blocks * plot_count(&curve) * sizeof(uint32_t));
+    curve.ends = (uint32_t *)(void *)memory;
+    memory += aligned((plot_count(&curve) << fine_bits(&curve)) * sizeof(uint32_t));
     curve.segments = (Segment *)(void *)memory;
     curve.block_size = (count + curve.blocks - 1) / curve.blocks;
     co_parallel_for(curve.blocks, 1, count_blocks, &curve);
-    scan_cells(&curve);
+    scan_plots(&curve);
     co_parallel_for(curve.blocks, 1, place_blocks, &curve);
+    co_parallel_for(plot_count(&curve), 1, divide_plots, &curve);
+    scan_cells(&curve);
     co_parallel_for(curve.segment_count, 1, finish_segments, &curve);
     uint64_t mask = ((uint64_t)1 << curve.grid.index_bits) - 1;
     for (size_t i = sort->valid; i < count; i++)
-        sort->order[i] = (uint32_t)(curve.sorted[i] & mask);
+        sort->order[i] = (uint32_t)(curve.items[i] & mask);
 }
