@@ -16,6 +16,8 @@ static void release(Messages *m)
 {
     if (m->held.code != COHORT_OK)
         print_failure("error", &m->held);
+    if (m->first.code == COHORT_OK)
+        m->first = m->held;
     memset(&m->held, 0, sizeof m->held);
 }
 
@@ -43,7 +45,8 @@ void messages_end(Messages *m, const CohortError *err)
     if (!strcmp(m->held.message, err->message))
         memset(&m->held, 0, sizeof m->held);
     release(m);
-    if (err->code != COHORT_OK)
+    bool is_said = !strcmp(m->first.message, err->message) && m->first.line == err->line;
+    if (err->code != COHORT_OK && !is_said)
         print_failure("error", err);
 }
 

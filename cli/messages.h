@@ -6,10 +6,11 @@
 #include "cohort/delegate.h"
 
 // The loader reports a layer it cannot read as an error, and then what becomes of it: a failure or
-// a warning in the same words. The error is held back until that is known.
+// a warning in the same words. The error is held back until that is known. Of several errors the
+// first is also what the failure says.
 typedef struct Messages {
-    CohortError held;
-    bool is_quiet; // errors only
+    CohortError held, first; // first: that was printed
+    bool is_quiet;           // errors only
 } Messages;
 
 // A CohortStageOptions.report; the cookie is the Messages.

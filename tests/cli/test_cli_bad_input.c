@@ -62,6 +62,11 @@ static void stages_that_cannot_be_read(void **state)
     assert_refused(&ran, 3, "#usda 1.0");
     run_stage(&ran, "#usda 1.0\n\ndef Sphere \"a\"\n{\n    double radius = = 2\n}\n", "");
     assert_refused(&ran, 3, "bad.usda:5:21");
+    run_stage(&ran, "#usda 1.0\ndef Sphere \"a\"\n{\n    double x = = 2\n    double y = = 3\n}\n",
+              "");
+    assert_ran(&ran, 3, "bad.usda:4:");
+    assert_non_null(strstr(ran.err, "bad.usda:5:"));
+    assert_int_equal(line_count(ran.err), 6);
     run_stage(&ran, "#usda 1.0\ndef Sphere \"a\"\n{\n", "");
     assert_refused(&ran, 3, "bad.usda:");
 }
