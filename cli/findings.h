@@ -28,7 +28,7 @@
     X(DEFAULT_PRIM, "default-prim", "name a root prim in defaultPrim") \
     X(NO_LIGHT, "no-light", "add a light, or render with --env sky") \
     X(NOT_HONORED, "not-honored", \
-      "other renderers may show it; docs/usd_support.md lists what Cohort does")
+      "other renderers may show it; the README of Cohort lists what is supported")
 
 typedef enum FindingCode {
 #define FINDING_ENUM(name, text, hint) FINDING_##name,
