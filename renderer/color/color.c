@@ -252,8 +252,3 @@ const char *co_color_space_name(const CoColor *color)
 {
     return color->name;
 }
-
-const char *co_color_config_name(const CoColor *color)
-{
-    return color->config ? co_ocio_config_name(color->config) : "";
-}

@@ -31,7 +31,6 @@ const char *co_color_space_of_file(void *color, const char *path);
 // (red xy, green xy, blue xy, white xy) for the EXR header.
 void co_color_rec709_matrix(const CoColor *color, float out[9]);
 void co_color_chromaticities(const CoColor *color, float out[8]);
-const char *co_color_space_name(const CoColor *color);  // as the config or USD spells it
-const char *co_color_config_name(const CoColor *color); // "" without a config
+const char *co_color_space_name(const CoColor *color); // as the config or USD spells it
 
 #endif
