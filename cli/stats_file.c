@@ -108,6 +108,10 @@ static void put_batches(Json *j, const CohortRenderStats *s)
     count(j, "blocks_read", s->texture_blocks_read);
     count(j, "blocks_read_twice_in_a_batch", s->texture_blocks_twice);
     close_scope(j, '}');
+    open_scope(j, "film", '{');
+    count(j, "saturated", s->film_saturations);
+    count(j, "dropped_not_finite", s->film_dropped);
+    close_scope(j, '}');
 }
 
 static void put_seconds(Json *j, const StatsContext *c)
@@ -163,6 +167,7 @@ static void put_scene(Json *j, const StatsContext *c)
     count(j, "groups_refitted", counts.scene.group_refits);
     count(j, "lights", counts.scene.light_builds);
     count(j, "materials", counts.scene.material_builds);
+    count(j, "materials_bound", counts.scene.material_binds);
     count(j, "cameras", counts.scene.camera_builds);
     count(j, "textures", counts.scene.texture_opens);
     close_scope(j, '}');

@@ -70,6 +70,7 @@ void cohort_render_stats(const CohortRender *r, CohortRenderStats *out)
     out->texture_blocks_read = r->lookups.blocks_read;
     out->texture_blocks_twice = r->lookups.blocks_twice;
     out->film_saturations = co_film_saturations(r->film);
+    out->film_dropped = co_film_dropped(r->film);
     out->seconds_camera = r->seconds_camera;
     out->seconds_sort_rays = r->seconds_sort_rays;
     out->seconds_traverse = r->seconds_traverse;

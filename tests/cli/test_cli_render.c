@@ -281,6 +281,9 @@ static void statistics_have_stable_keys(void **state)
                                        "isa",
                                        "textures",
                                        "lookups",
+                                       "film",
+                                       "saturated",
+                                       "dropped_not_finite",
                                        "seconds",
                                        "load",
                                        "sort_rays",
@@ -295,6 +298,7 @@ static void statistics_have_stable_keys(void **state)
                                        "triangles",
                                        "peak_resident_bytes",
                                        "builds",
+                                       "materials_bound",
                                        "not_honored",
                                        "warnings"};
     Ran ran;

@@ -94,7 +94,7 @@ typedef struct CohortRenderStats {
     uint64_t groups, top_nodes_grouped,
         top_nodes_single; // node fetches: by 64-groups; as single rays would
     uint64_t texture_lookups, texture_requests, texture_blocks_read, texture_blocks_twice;
-    uint64_t film_saturations;
+    uint64_t film_saturations, film_dropped; // values beyond its sums; that were not finite
     double seconds_camera, seconds_sort_rays, seconds_traverse, seconds_sort_hits, seconds_texture,
         seconds_shade, seconds_total;
     double mean_error; // mean relative error estimate after the last round
