@@ -145,6 +145,7 @@ typedef struct CoPlacement {
     CoAffine to_world, to_object;       // product over the path (render frame)
     uint32_t chain[CO_GROUP_DEPTH_MAX]; // instance index at each level, root first
     uint32_t chain_length;
+    bool is_baked; // rays meet its points where they are rounded to in the group's space
 } CoPlacement;
 
 // Number of instance paths that end in a mesh, i.e. one above the largest hit.instance. The ids

@@ -20,6 +20,10 @@ enum {
 // twice as long.
 #define MOST_STRETCH 13.5
 
+// What is so many times as large as the least that stands in the group stays what it was: rays are
+// to find it to what that asks for, not to what its own corners are rounded by.
+#define MOST_SIZES 0x1p13
+
 static double sum_of_squares(const CoAffine *a)
 {
     double sum = 0.0;
@@ -42,7 +46,27 @@ static uint8_t *count_uses(const CoInstance *instances, uint32_t count, size_t *
     return uses;
 }
 
-static bool is_worth_it(const CoPlaced *placed, const CoInstance *instance, const CoMesh *mesh)
+static double box_side(const CoBox *box)
+{
+    double side = 0.0;
+    for (int k = 0; k < 3; k++)
+        side = fmax(side, (double)box->hi[k] - (double)box->lo[k]);
+    return side;
+}
+
+static double least_side(const CoTop *top)
+{
+    double least = HUGE_VAL;
+    for (uint32_t i = 0; i < top->count; i++) {
+        double side = box_side(&top->placed[i].box);
+        if (side > 0.0) // a point tells of no size
+            least = fmin(least, side);
+    }
+    return least;
+}
+
+static bool is_worth_it(const CoPlaced *placed, const CoInstance *instance, const CoMesh *mesh,
+                        double least)
 {
     if (!placed->bvh || placed->is_in_place || !mesh || mesh->patches ||
         mesh->tri_count > BAKED_MOST || !(placed->box.lo[0] <= placed->box.hi[0]))
@@ -50,10 +74,11 @@ static bool is_worth_it(const CoPlaced *placed, const CoInstance *instance, cons
     if (!(sum_of_squares(&instance->to_group) * sum_of_squares(&instance->to_object) <=
           MOST_STRETCH))
         return false;
-    double side = 0.0, farthest = 0.0;
+    double side = box_side(&placed->box), farthest = 0.0;
+    if (side > MOST_SIZES * least)
+        return false;
     for (int k = 0; k < 3; k++) {
         double lo = (double)placed->box.lo[k], hi = (double)placed->box.hi[k];
-        side = fmax(side, hi - lo);
         farthest = fmax(farthest, fmax(fabs(lo), fabs(hi)));
     }
     return farthest < 1e37 && farthest * FINENESS <= side / sqrt((double)mesh->tri_count);
@@ -111,10 +136,11 @@ bool co_bake(CoTop *top, const CoInstance *instances, const CoObject *objects)
     size_t size;
     uint8_t *uses = count_uses(instances, top->count, &size);
     bool is_done = uses != NULL;
+    const double least = least_side(top);
     for (uint32_t i = 0; is_done && i < top->count; i++) {
         CoPlaced *placed = &top->placed[i];
         const CoMesh *mesh = objects[instances[i].object].mesh;
-        if (uses[instances[i].object] > 1 || !is_worth_it(placed, &instances[i], mesh))
+        if (uses[instances[i].object] > 1 || !is_worth_it(placed, &instances[i], mesh, least))
             continue;
         CoBvh *bvh = bake(mesh, &instances[i].to_group);
         is_done = keep(top, bvh);

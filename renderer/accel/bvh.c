@@ -252,6 +252,7 @@ static bool fill_prims(const CoMesh *mesh, CoPrimArray *prims, bool *has_shards)
 static void take_parts(CoBvh *bvh, const CoMesh *mesh, const CoTreeParts *parts)
 {
     bvh->tree = parts->tree;
+    bvh->is_flat = mesh->is_flat;
     bvh->leaves = parts->leaves;
     bvh->leaf_bytes = parts->leaf_bytes;
     bvh->leaf_capacity = parts->leaf_capacity;

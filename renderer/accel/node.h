@@ -59,6 +59,7 @@ typedef struct CoTriLeaf {
     size_t row;            // bytes of corners
     const uint8_t *corner; // three rows
     const float *points[3];
+    bool is_flat; // of a mesh that is
 } CoTriLeaf;
 
 // Where `first` is in a leaf of so many.
@@ -128,6 +129,7 @@ struct CoBvh {
     unsigned char *leaves;
     size_t leaf_bytes, leaf_capacity;
     CoBvhBlock *block; // that nodes and leaves stand in, or NULL
+    bool is_flat;      // the mesh is
     bool has_shards;   // boxes of leaves are less than those of their triangles, see shards.h
     // What leaf references count: leaves and CO_LEAF_UNIT, or the mesh's patches themselves.
     const unsigned char *leaf_at;

@@ -63,11 +63,13 @@ void co_accel_placement(const CoAccelScene *scene, uint32_t instance, CoPlacemen
     CoMat4d to_world = co_mat4d_identity(), to_object = co_mat4d_identity();
     out->object = scene->root;
     out->chain_length = 0;
+    out->is_baked = false;
     while (!object->mesh && object->top && object->top->count) {
         uint32_t index = find_instance(object->top, instance);
         const CoInstance *placed = &object->instances[index];
         CoMat4d up = from_affine(&placed->to_group), down = from_affine(&placed->to_object);
         instance -= object->top->placed[index].first_path;
+        out->is_baked = object->top->placed[index].is_baked;
         to_world = co_mat4d_mul(&up, &to_world);
         to_object = co_mat4d_mul(&to_object, &down);
         out->chain[out->chain_length++] = index;

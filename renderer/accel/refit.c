@@ -139,6 +139,7 @@ bool co_bvh_refit(CoBvh *bvh, const CoMesh *mesh)
 {
     if (bvh->has_shards)
         return false;
+    bvh->is_flat = mesh->is_flat;
     double cost = built_cost(&bvh->tree);
     LeafRefit refit = {bvh, mesh};
     co_parallel_for(bvh->tree.node_count, LEAF_GRAIN, refit_leaves, &refit);

@@ -290,6 +290,7 @@ static void join_workers(Displacement *d, size_t workers, CoDisplaceCounts *coun
     }
     d->mesh->box_min = lo;
     d->mesh->box_max = hi;
+    d->mesh->is_flat = false;
 }
 
 // Centers of polygons, by which hits find their Ptex sub-face.

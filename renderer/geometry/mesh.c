@@ -95,6 +95,44 @@ static void find_box(CoMesh *mesh)
     mesh->box_max = hi;
 }
 
+// Of polygons, in double. The plane is that of the largest of a few triangles.
+static void find_flat(CoMesh *mesh)
+{
+    if (mesh->patches)
+        return;
+    double n[3] = {0.0, 0.0, 0.0}, at[3] = {0.0, 0.0, 0.0}, length = 0.0;
+    for (uint32_t t = 0; t < mesh->tri_count && t < 16; t++) {
+        uint32_t point[3];
+        co_mesh_triangle(mesh, t, point);
+        const float *p = mesh->points + 3 * (size_t)point[0];
+        const float *q = mesh->points + 3 * (size_t)point[1];
+        const float *r = mesh->points + 3 * (size_t)point[2];
+        double cross[3], sum = 0.0;
+        for (int k = 0; k < 3; k++) {
+            int i = (k + 1) % 3, j = (k + 2) % 3;
+            cross[k] = ((double)q[i] - (double)p[i]) * ((double)r[j] - (double)p[j]) -
+                       ((double)q[j] - (double)p[j]) * ((double)r[i] - (double)p[i]);
+            sum += cross[k] * cross[k];
+        }
+        for (int k = 0; k < 3 && sum > length; k++) {
+            n[k] = cross[k];
+            at[k] = (double)p[k];
+        }
+        length = sum > length ? sum : length;
+    }
+    double size = 0.0;
+    for (int k = 0; k < 3; k++)
+        size = fmax(size,
+                    fmax(fabs((double)(&mesh->box_min.x)[k]), fabs((double)(&mesh->box_max.x)[k])));
+    mesh->is_flat = length > 0.0;
+    for (size_t i = 0; i < mesh->point_count && mesh->is_flat; i++) {
+        const float *p = mesh->points + 3 * i;
+        double height = n[0] * ((double)p[0] - at[0]) + n[1] * ((double)p[1] - at[1]) +
+                        n[2] * ((double)p[2] - at[2]);
+        mesh->is_flat = fabs(height) <= 0x1p-21 * size * sqrt(length);
+    }
+}
+
 static bool build_mesh(CoMeshBuild *build)
 {
     if (!co_mesh_check(build) || !co_mesh_build_materials(build) || !co_mesh_check_primvars(build))
@@ -128,6 +166,7 @@ bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn,
         return false;
     }
     find_box(&mesh);
+    find_flat(&mesh);
     mesh.bytes = co_mesh_block_bytes(shading->blocks);
     *out = mesh;
     return true;

@@ -22,6 +22,7 @@ typedef struct CoMesh {
     uint32_t face_count;      // faces of the cage
     uint32_t ptex_face_count; // Ptex faces of the cage (n-gons count n times)
     CoVec3 box_min, box_max;
+    bool is_flat;                  // of polygons, in one plane but for what points are rounded by
     size_t bytes;                  // all memory of the mesh
     struct CoMeshShading *shading; // private to geometry
 } CoMesh;
@@ -96,6 +97,14 @@ void co_triangle_make(const CoMesh *mesh, uint32_t tri, CoTriangle *out);
 
 // (u, v): barycentrics of corners 1 and 2 of the triangle. All but the Ptex part.
 void co_triangle_surface(const CoTriangle *triangle, float u, float v, CoSurface *out);
+
+// Whether a triangle of a flat mesh is huge against `size`, the largest coordinate of rays that
+// leave it: then the ray that met it knows better than barycentrics where that was. Not of others:
+// near an edge they are left at a distance that covers which of two triangles is met.
+bool co_triangle_is_vast(const CoTriangle *triangle, float size);
+
+// Moves a surface there to the foot of q, object space.
+void co_triangle_settle(const CoTriangle *triangle, const double q[3], float size, CoSurface *out);
 
 // The Ptex part, of a surface that has the rest.
 void co_triangle_ptex(const CoTriangle *triangle, float u, float v, CoSurface *out);

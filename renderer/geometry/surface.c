@@ -12,6 +12,13 @@ static void load_triangle(const CoMesh *mesh, uint32_t tri, CoVec3 p[3])
         p[c] = co_vec3_load(mesh->points + 3 * (size_t)point[c]);
 }
 
+// Of a coordinate p made in double of those of the corners: half a unit in its last place (2^-24),
+// then far more than double can have lost, then what rounding to a subnormal may lose.
+static float rounding(float p, float a, float b, float c)
+{
+    return fabsf(p) * 6e-8f + (fabsf(a) + fabsf(b) + fabsf(c)) * 4e-15f + 1e-38f;
+}
+
 // One coordinate of the point at barycentrics, in double and rounded once: in float32, 1 - u - v
 // alone would leave the plane by as much as corner 0 is far from the origin.
 static float interpolate(float a, float b, float c, float u, float v, float *error)
@@ -19,9 +26,7 @@ static float interpolate(float a, float b, float c, float u, float v, float *err
     double w = 1.0 - (double)u - (double)v;
     double x = w * (double)a + (double)u * (double)b + (double)v * (double)c;
     float p = (float)x;
-    // Half a unit in the last place of p (2^-24), then far more than double can have lost, then
-    // what rounding to a subnormal may lose.
-    *error = fabsf(p) * 6e-8f + (fabsf(a) + fabsf(b) + fabsf(c)) * 4e-15f + 1e-38f;
+    *error = rounding(p, a, b, c);
     return p;
 }
 
@@ -31,6 +36,13 @@ static void find_position(const CoVec3 p[3], float u, float v, CoSurface *out)
     out->p.y = interpolate(p[0].y, p[1].y, p[2].y, u, v, &out->p_error.y);
     out->p.z = interpolate(p[0].z, p[1].z, p[2].z, u, v, &out->p_error.z);
 }
+
+#define TEST_ERROR (16.0f * 0x1p-24f)
+
+// Where a triangle is so many times as large as the coordinates of a ray that leaves it, the test
+// takes doubles (CO_VAST in accel/kernels/triangle.h), so that no more is to be feared than of a
+// triangle that is not.
+#define VAST 16.0f
 
 // The triangle test works on corners relative to the ray's origin, in float32: its error in the
 // distance along the normal is a few units in the last place of the largest of these (Pharr, Jakob,
@@ -43,7 +55,7 @@ static float test_reach(const CoVec3 p[3])
     for (int i = 0; i < 3; i++)
         size =
             co_max(size, co_max(fabsf(edges[i].x), co_max(fabsf(edges[i].y), fabsf(edges[i].z))));
-    return 16.0f * 0x1p-24f * size;
+    return TEST_ERROR * size;
 }
 
 // The triangle's normal in double: float32 would lose that of a sliver. Where there is none, +z, so
@@ -149,6 +161,37 @@ void co_triangle_surface(const CoTriangle *triangle, float u, float v, CoSurface
     out->ns = ns;
     out->face = triangle->place.face;
     out->material = triangle->material;
+}
+
+bool co_triangle_is_vast(const CoTriangle *triangle, float size)
+{
+    return triangle->mesh->is_flat && triangle->reach > VAST * TEST_ERROR * size;
+}
+
+void co_triangle_settle(const CoTriangle *triangle, const double q[3], float size, CoSurface *out)
+{
+    const CoVec3 *p = triangle->p;
+    double a[3], b[3], height = 0.0, square = 0.0;
+    for (int k = 0; k < 3; k++) {
+        a[k] = (double)(&p[1].x)[k] - (double)(&p[0].x)[k];
+        b[k] = (double)(&p[2].x)[k] - (double)(&p[0].x)[k];
+    }
+    const double n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                         a[0] * b[1] - a[1] * b[0]};
+    for (int k = 0; k < 3; k++) {
+        height += n[k] * (q[k] - (double)(&p[0].x)[k]);
+        square += n[k] * n[k];
+    }
+    if (!(square > 0.0))
+        return;
+    float *at = &out->p.x, *error = &out->p_error.x;
+    for (int k = 0; k < 3; k++) {
+        at[k] = (float)(q[k] - height / square * n[k]);
+        error[k] = rounding(at[k], (&p[0].x)[k], (&p[1].x)[k], (&p[2].x)[k]);
+    }
+    out->reach = VAST * TEST_ERROR * size;
+    float drawn = 64.0f * 0x1p-24f * (out->reach / triangle->reach);
+    out->start = co_madd(out->p, co_sub(triangle->center, out->p), drawn);
 }
 
 void co_triangle_ptex(const CoTriangle *triangle, float u, float v, CoSurface *out)

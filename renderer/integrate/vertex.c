@@ -130,6 +130,33 @@ static bool is_same(CoVec3 a, CoVec3 b)
     return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
+static float largest(CoVec3 v)
+{
+    return co_max(fabsf(v.x), co_max(fabsf(v.y), fabsf(v.z)));
+}
+
+// On a triangle that is huge against what is around the hit, such as a ground, the hit is where the
+// ray says: a barycentric of a million units is good to a twentieth of one.
+static void settle_on_vast(const CoPlacementMemo *memo, const CoHitRecord *hit, const CoRay *ray,
+                           CoSurface *surface)
+{
+    if (memo->placement.is_baked || !co_triangle_is_vast(&memo->triangle, largest(surface->p)))
+        return;
+    const CoAffine *m = &memo->placement.to_object;
+    double world[3] = {(double)ray->org.x + (double)hit->t * (double)hit->dir.x,
+                       (double)ray->org.y + (double)hit->t * (double)hit->dir.y,
+                       (double)ray->org.z + (double)hit->t * (double)hit->dir.z};
+    CoVec3 p = co_vec3((float)world[0], (float)world[1], (float)world[2]);
+    float size = largest(co_affine_point(&memo->abs_to_object, abs3(p)));
+    if (!co_triangle_is_vast(&memo->triangle, size))
+        return;
+    double q[3];
+    for (int r = 0; r < 3; r++)
+        q[r] = (double)m->m[r][0] * world[0] + (double)m->m[r][1] * world[1] +
+               (double)m->m[r][2] * world[2] + (double)m->m[r][3];
+    co_triangle_settle(&memo->triangle, q, size, surface);
+}
+
 void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out)
 {
@@ -145,6 +172,7 @@ void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHit
     out->material = memo->material;
     CoSurface *s = &out->hit.surface;
     co_triangle_surface(&memo->triangle, hit->u, hit->v, s);
+    settle_on_vast(memo, hit, ray, s);
     if (memo->material && memo->material->reads_ptex)
         co_triangle_ptex(&memo->triangle, hit->u, hit->v, s);
     if (!memo->material)

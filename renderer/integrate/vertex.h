@@ -34,7 +34,7 @@ typedef struct CoVertex {
 } CoVertex;
 
 // Fills everything but hit.texels, which the caller sets before. Valid until the memo's next use.
-// Of the ray, width and spread are read; its direction stands in the hit.
+// Of the ray, origin, width and spread are read; its direction stands in the hit.
 void co_vertex_make(const CohortScene *scene, CoPlacementMemo *memo, const CoHitRecord *hit,
                     const CoRay *ray, CoVertex *out);
 

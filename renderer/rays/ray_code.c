@@ -111,6 +111,8 @@ static CoVec3 weight_decode(uint32_t word, uint32_t high_bits, uint32_t kind)
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 {
     memset(out, 0, sizeof *out);
+    out->org = co_vec3(co_float_from_bits(words[0]), co_float_from_bits(words[1]),
+                       co_float_from_bits(words[2]));
     out->kind = words[4] >> 30;
     out->depth = (words[3] >> 26) | (words[4] >> 26 & 15u) << 6;
     out->flags = words[8] >> 24;
@@ -135,7 +137,6 @@ void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out)
 void co_ray_decode(const uint32_t *words, uint32_t options, CoRay *out)
 {
     co_ray_decode_shading(words, options, out);
-    out->org = co_vec3(co_float_from_bits(words[0]), co_float_from_bits(words[1]), co_float_from_bits(words[2]));
     out->dir = co_ray_decode_direction(words);
     out->code[0] = (words[3] & CO_DIRECTION_MASK) + 1;
     out->code[1] = (words[4] & CO_DIRECTION_MASK) + 1;

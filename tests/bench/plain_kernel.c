@@ -76,8 +76,9 @@ static inline uint32_t plain_pierce(const CoTriLeaf *leaf, uint32_t count, LeafH
 }
 
 static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                               const LeafHits *hits, float from, float to, Place *out)
+                               const LeafHits *hits, float from, float to, bool is_flat, Place *out)
 {
+    (void)is_flat;
     (void)leaf;
     out->t = out->most = ((const float *)hits->edge[0])[i] * shear->sz;
     out->u = ((const float *)hits->edge[1])[i];
@@ -90,8 +91,9 @@ static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32
 #define co_accel_traverse bench_inexact
 
 static inline bool plain_place(const CoTriLeaf *leaf, const Shear *shear, uint32_t i,
-                               const LeafHits *hits, float from, float to, Place *out)
+                               const LeafHits *hits, float from, float to, bool is_flat, Place *out)
 {
+    (void)is_flat;
     float edge[3], sum = 0.0f;
     for (int c = 0; c < 3; c++)
         edge[c] = ((const float *)hits->edge[c])[i];

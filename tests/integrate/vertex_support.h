@@ -15,7 +15,7 @@ static inline CoVertex vertex_of_hit(const CohortScene *scene, CoPlacementMemo *
                           .v = hits->v[i],
                           .t = hits->t[i],
                           .dir = ray_dir(rays, i)};
-    CoRay ray = {0};
+    CoRay ray = {.org = ray_org(rays, i)};
     CoVertex vertex = {0};
     co_vertex_make(scene, memo, &record, &ray, &vertex);
     return vertex;

@@ -48,7 +48,8 @@ static inline CoTriLeaf gather_block(GridBlock *block, const float *mesh_points)
                        CO_LEAF_WIDTH,
                        (block->count + 1) / 2,
                        block->corner,
-                       {block->points[0], block->points[1], block->points[2]}};
+                       {block->points[0], block->points[1], block->points[2]},
+                       false};
 }
 
 // Offers what the ray pierces of the block's triangles.
@@ -59,7 +60,7 @@ static inline bool trace_block(Group *group, Ray *ray, const Shear *shear, const
     group->stats->triangles += (uint64_t)__builtin_popcount(valid);
     shear_points(leaf, shear, &hits);
     uint32_t pierced = pierce_triangles(leaf, leaf->count, &hits) & valid;
-    return pierced && offer_pierced(group, ray, leaf, shear, pierced, path, &hits);
+    return pierced && offer_pierced(group, ray, leaf, shear, pierced, path, &hits, false);
 }
 
 // Points of an edge from its t-th on, `step` apart.

@@ -148,9 +148,10 @@ static inline Walk walk_of_layer(const Walk *walk, uint32_t index)
     return below;
 }
 
-// One ray against a leaf. Returns true when it needs no more.
-static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const Shear *shear,
-                                                 const CoBvh *bvh, uint32_t ref, uint32_t path)
+static inline __attribute__((always_inline)) bool test_leaf(Group *group, Ray *ray,
+                                                            const Shear *shear, const CoBvh *bvh,
+                                                            uint32_t ref, uint32_t path,
+                                                            const bool is_flat)
 {
     LeafHits hits;
     uint32_t count;
@@ -161,7 +162,22 @@ static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const S
     if (!pierced)
         return false;
     pad_for(ray, bvh);
-    return offer_pierced(group, ray, &leaf, shear, pierced, path, &hits);
+    return offer_pierced(group, ray, &leaf, shear, pierced, path, &hits, is_flat);
+}
+
+static __attribute__((noinline)) bool trace_flat_leaf(Group *group, Ray *ray, const Shear *shear,
+                                                      const CoBvh *bvh, uint32_t ref, uint32_t path)
+{
+    return test_leaf(group, ray, shear, bvh, ref, path, true);
+}
+
+// One ray against a leaf. Returns true when it needs no more.
+static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const Shear *shear,
+                                                 const CoBvh *bvh, uint32_t ref, uint32_t path)
+{
+    if (bvh->is_flat)
+        return trace_flat_leaf(group, ray, shear, bvh, ref, path);
+    return test_leaf(group, ray, shear, bvh, ref, path, false);
 }
 
 // Counts the nodes of a walk, `below` of them in meshes in place.
@@ -295,15 +311,14 @@ static inline bool enter_box_of(const Ray *ray, const CoPlaced *placed, Ray *inn
 
 // A ray of a group's space, and of a mesh's, against the only leaf of that: it wants no slabs but
 // the canonical ones, and those when a triangle may be hit.
-static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const CoPlaced *placed,
-                              uint32_t path)
+static inline __attribute__((always_inline)) void test_only_leaf(Group *group, const Ray *ray,
+                                                                 Ray *inner, const CoPlaced *placed,
+                                                                 uint32_t path, const bool is_flat)
 {
     LeafHits hits;
     Shear shear;
     uint32_t count;
     const CoTriLeaf leaf = open_leaf(placed->bvh, placed->root, &count);
-    if (!ray_is_fit(inner))
-        return;
     shear_load(inner, &shear);
     group->stats->triangles += count;
     shear_points(&leaf, &shear, &hits);
@@ -312,7 +327,24 @@ static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const Co
         return;
     inner->padded_for = NULL;
     pad_for(inner, placed->bvh);
-    offer_pierced(group, inner, &leaf, &shear, pierced, path, &hits);
+    offer_pierced(group, inner, &leaf, &shear, pierced, path, &hits, is_flat);
+}
+
+static __attribute__((noinline)) void enter_flat_leaf(Group *group, const Ray *ray, Ray *inner,
+                                                      const CoPlaced *placed, uint32_t path)
+{
+    test_only_leaf(group, ray, inner, placed, path, true);
+}
+
+static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const CoPlaced *placed,
+                              uint32_t path)
+{
+    if (!ray_is_fit(inner))
+        return;
+    if (placed->bvh->is_flat)
+        enter_flat_leaf(group, ray, inner, placed, path);
+    else
+        test_only_leaf(group, ray, inner, placed, path, false);
 }
 
 // One ray through a layer of its group: it stays what it is, but is prepared for less space.

@@ -364,6 +364,7 @@ static inline uint32_t stream_pierce(const CoTriLeaf *leaf, uint32_t i, const St
 typedef struct StreamLine {
     CoWide dir, sz; // 1 / dir
     CoWide from, to;
+    CoWide size; // largest coordinate of the origin, where the mesh is flat
 } StreamLine;
 
 // See correct_distance.
@@ -401,6 +402,18 @@ static inline CoWideMask stream_depth_is_sure(const CoWide x[3], const CoWide y[
     return co_wide_lt(co_wide_mul(largest, part), co_wide_mul(depth, size));
 }
 
+// Not vast, see is_vast.
+static inline CoWideMask stream_is_near(const CoWide x[3], const CoWide y[3], const CoWide z[3],
+                                        CoWide sum, CoWide origin)
+{
+    CoWide far = co_wide_set1(0.0f);
+    for (int c = 0; c < 3; c++)
+        far = co_wide_max(
+            co_wide_add(co_wide_add(co_wide_abs(x[c]), co_wide_abs(y[c])), co_wide_abs(z[c])), far);
+    CoWide near = co_wide_max(co_wide_abs(sum), origin);
+    return co_wide_lt(far, co_wide_mul(near, co_wide_set1(CO_VAST)));
+}
+
 // Where triangle i is on the rays `pierced`. Returns those that may hit it, see place_hit.
 static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const StreamPoints *points,
                                     const StreamLine *line, uint32_t pierced, StreamHits *out)
@@ -424,6 +437,8 @@ static inline uint32_t stream_place(const CoTriLeaf *leaf, uint32_t i, const Str
     CoWide sum = co_wide_mul(u, co_wide_sub(z[1], z[0]));
     sum = co_wide_add(z[0], co_wide_add(sum, co_wide_mul(v, co_wide_sub(z[2], z[0]))));
     sure = co_wide_and(sure, stream_depth_is_sure(x, y, z, sum, det));
+    if (leaf->is_flat)
+        sure = co_wide_and(sure, stream_is_near(x, y, z, sum, line->size));
     CoWide less = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_LEAST)));
     CoWide more = co_wide_mul(sum, co_wide_mul(line->sz, co_wide_set1(CO_CORRECTED_MOST)));
     CoWide least = co_wide_min(less, more), most = co_wide_max(less, more);

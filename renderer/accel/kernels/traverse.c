@@ -90,7 +90,8 @@ static inline bool is_after(const Hit *hit, const CoRayHit *after)
 
 // Offers a hit to a ray, which ends at `exit` at the latest, and sets where it ends now, before
 // that is known to the last bit. Returns true when the ray needs no more.
-static inline bool offer_hit(Group *group, uint32_t slot, const Hit *hit, float exit, float *to)
+static inline __attribute__((always_inline)) bool offer_hit(Group *group, uint32_t slot,
+                                                            const Hit *hit, float exit, float *to)
 {
     float best = group->best_t[slot];
     if (!is_within_ray(group, slot, hit->at.t) || (group->after && !is_after(hit, group->after)))
@@ -126,13 +127,14 @@ static inline CoTriLeaf open_leaf(const CoBvh *bvh, uint32_t ref, uint32_t *coun
 // test.
 static inline __attribute__((always_inline)) bool
 offer_pierced(Group *group, Ray *ray, const CoTriLeaf *leaf, const Shear *shear, uint32_t pierced,
-              uint32_t path, const LeafHits *hits)
+              uint32_t path, const LeafHits *hits, const bool is_flat)
 {
     const uint32_t slot = ray->slot;
     for (; pierced; pierced &= pierced - 1) {
         uint32_t i = (uint32_t)__builtin_ctz(pierced);
         Hit hit = {.path = path};
-        if (!place_hit(leaf, shear, i, hits, start_of(group, slot), group->best_t[slot], &hit.at) ||
+        if (!place_hit(leaf, shear, i, hits, start_of(group, slot), group->best_t[slot], is_flat,
+                       &hit.at) ||
             !clamp_hit(leaf, ray, i, &hit.at) || !is_within_ray(group, slot, hit.at.t))
             continue;
         hit.tri = co_leaf_tri(leaf, i);
@@ -225,6 +227,30 @@ static inline uint32_t list_pierced(const CoTriLeaf *leaf, const StreamPoints *p
     return any;
 }
 
+// As stream_pierce_lane, for the ray at j + lane of a flat mesh.
+static __attribute__((noinline)) bool stream_flat_lane(const CoTriLeaf *leaf, uint32_t i,
+                                                       const StreamPoints *points, const Rays *rays,
+                                                       uint32_t j, uint32_t lane, StreamHits *hits)
+{
+    float corner[3][3];
+    uint32_t point[3];
+    Shear shear;
+    rays_shear(rays, j + lane, &shear);
+    for (uint32_t c = 0; c < 3; c++) {
+        point[c] = co_leaf_corner(leaf, c, i);
+        corner[0][c] = points->x[point[c]][lane];
+        corner[1][c] = points->y[point[c]][lane];
+        corner[2][c] = points->z[point[c]][lane];
+    }
+    Place at;
+    if (!pierce_unsure(leaf, &shear, point, (const float(*)[3])corner, true, &at))
+        return false;
+    hits->t[lane] = at.t;
+    hits->u[lane] = at.u;
+    hits->v[lane] = at.v;
+    return true;
+}
+
 // The rays `active` of the vector at j, which share a major axis, against triangles of a leaf.
 static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slabs, uint32_t j,
                                uint32_t active, uint32_t axis, const Walk *walk,
@@ -241,6 +267,9 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
     StreamLine line = {.dir = co_wide_load(rays->dir[axis] + j),
                        .sz = co_wide_load(rays->inv[axis] + j),
                        .from = rays->is_in_order ? starts_of(group, j) : co_wide_set1(-INFINITE)};
+    line.size = co_wide_set1(0.0f);
+    for (int k = 0; k < 3 && leaf->is_flat; k++)
+        line.size = co_wide_max(co_wide_abs(co_wide_load(rays->org[k] + j)), line.size);
     const bool is_placed = walk->is_placed;
     stream_boxes(rays, slabs, j, co_wide_load((is_placed ? rays->placed_pad : rays->pad) + j),
                  &boxes);
@@ -252,7 +281,11 @@ static void stream_leaf_vector(Group *group, Rays *rays, const StreamSlabs *slab
             continue;
         for (uint32_t unsure = hits.unsure; unsure; unsure &= unsure - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(unsure);
-            if (!stream_pierce_lane(leaf, i, &points, rays->dir[axis][j + lane], lane, &hits))
+            bool is_met =
+                leaf->is_flat
+                    ? stream_flat_lane(leaf, i, &points, rays, j, lane, &hits)
+                    : stream_pierce_lane(leaf, i, &points, rays->dir[axis][j + lane], lane, &hits);
+            if (!is_met)
                 pierced &= ~(1u << lane);
         }
         pierced = clamp_vector(rays, j, &boxes, leaf, i, pierced, &hits);
@@ -286,7 +319,7 @@ static inline void take_single(const Rays *rays, uint32_t j, const StreamSlabs *
 // Ray j alone against triangles of a leaf.
 static inline __attribute__((always_inline)) void
 stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk, const CoTriLeaf *leaf,
-                uint32_t count, uint32_t triangles)
+                uint32_t count, uint32_t triangles, const bool is_flat)
 {
     LeafHits hits;
     Shear shear;
@@ -300,7 +333,7 @@ stream_leaf_ray(Group *group, Rays *rays, uint32_t j, const Walk *walk, const Co
     if (!pierced)
         return;
     rays_clamping(rays, j, walk->is_placed, &ray);
-    offer_pierced(group, &ray, leaf, &shear, pierced, walk->path, &hits);
+    offer_pierced(group, &ray, leaf, &shear, pierced, walk->path, &hits, is_flat);
     rays_settle(rays, j, ray.to);
 }
 
@@ -339,7 +372,22 @@ static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const
         active = stream_leaf_many(ask, active, leaf, count, &triangles);
     for (; active; active &= active - 1)
         stream_leaf_ray(ask->group, ask->rays, (uint32_t)__builtin_ctzll(active), ask->walk, leaf,
-                        count, triangles);
+                        count, triangles, false);
+}
+
+// A leaf of a flat mesh. In a function of its own, so that others do not pay for it.
+static __attribute__((noinline)) void stream_flat_leaf(const StreamAsk *ask, uint64_t active,
+                                                       uint32_t ref)
+{
+    uint32_t count;
+    CoTriLeaf leaf = open_leaf(ask->walk->bvh, ref, &count);
+    uint32_t triangles = (1u << count) - 1u;
+    leaf.is_flat = true;
+    if (__builtin_popcountll(active) > LEAF_SINGLE_MOST)
+        active = stream_leaf_many(ask, active, &leaf, count, &triangles);
+    for (; active; active &= active - 1)
+        stream_leaf_ray(ask->group, ask->rays, (uint32_t)__builtin_ctzll(active), ask->walk, &leaf,
+                        count, triangles, true);
 }
 
 #include "accel/kernels/grid_stream.h"
@@ -350,6 +398,10 @@ static __attribute__((noinline)) void stream_leaf(const StreamAsk *ask, uint64_t
 {
     if (ask->walk->bvh->patches) {
         stream_grid_leaf(ask, active, ref);
+        return;
+    }
+    if (ask->walk->bvh->is_flat) {
+        stream_flat_leaf(ask, active, ref);
         return;
     }
     uint32_t count;

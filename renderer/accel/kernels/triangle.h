@@ -32,6 +32,12 @@
 // by then is within what rays that leave it are moved by.
 #define CO_NO_SLIVER 8.0f
 
+// What is sheared is rounded by its distance from the ray's origin: corners of a ground of a
+// million units by a tenth, however near the ray meets it. Where a triangle extends by more than
+// this times the depth of its hit and every coordinate of the origin, the hit is placed by doubles
+// instead.
+#define CO_VAST 16.0f
+
 // A ray as the triangle test needs it.
 typedef struct Shear {
     uint32_t x, y, z; // axes; z is that of the largest direction component
@@ -183,6 +189,61 @@ static inline float correct_distance(CoFour x, CoFour y, CoFour z, float inv, fl
     return t + (left - co_float_residue(t, shear->dir, sum)) * shear->sz;
 }
 
+// Asked of flat meshes: others are left at a distance that covers it (geometry/surface.c). By the
+// corners as they are sheared, and the depth of the hit.
+static inline bool is_vast(CoFour x, CoFour y, CoFour z, float depth, const Shear *shear)
+{
+    CoFour far = co_four_abs(x) + co_four_abs(y) + co_four_abs(z);
+    float near = __builtin_fabsf(depth);
+    for (int k = 0; k < 3; k++)
+        near = float_max(near, __builtin_fabsf(shear->org[k]));
+    return !co_four_below3(far, CO_VAST * near);
+}
+
+// Where a hit is, by the corners `at` themselves. Whether the triangle is met has been decided, by
+// what its neighbors see too.
+static inline __attribute__((always_inline)) void
+place_vast(const CoTriLeaf *leaf, const Shear *shear, const uint32_t at[3], Place *out)
+{
+    double x[3], y[3], z[3], edge[3];
+    for (int c = 0; c < 3; c++) {
+        z[c] = (double)leaf->points[shear->z][at[c]] - (double)shear->org[2];
+        x[c] = (double)leaf->points[shear->x][at[c]] - (double)shear->org[0];
+        y[c] = (double)leaf->points[shear->y][at[c]] - (double)shear->org[1];
+        x[c] -= (double)shear->sx * z[c];
+        y[c] -= (double)shear->sy * z[c];
+    }
+    for (int c = 0; c < 3; c++) {
+        int p = (c + 2) % 3, q = (c + 1) % 3;
+        edge[c] = x[p] * y[q] - y[p] * x[q];
+    }
+    double det = edge[0] + edge[1] + edge[2], inv = 1.0 / det;
+    double u = edge[1] * inv, v = edge[2] * inv;
+    double t = (z[0] + u * (z[1] - z[0]) + v * (z[2] - z[0])) / (double)shear->dir;
+    if (!(__builtin_fabs(t) < 1e38))
+        return;
+    out->t = out->least = out->most = (float)t;
+    u = u < 0.0 ? 0.0 : u > 1.0 ? 1.0 : u;
+    v = v < 0.0 ? 0.0 : v > 1.0 - u ? 1.0 - u : v;
+    out->u = (float)u;
+    out->v = (float)v;
+}
+
+// Whether a triangle is met where float does not tell, and where.
+static inline __attribute__((always_inline)) bool
+pierce_unsure(const CoTriLeaf *leaf, const Shear *shear, const uint32_t at[3],
+              const float corner[3][3], const bool is_flat, Place *out)
+{
+    if (!pierce_exactly(corner, shear->dir, out))
+        return false;
+    CoFour axis[3];
+    for (int k = 0; k < 3; k++)
+        axis[k] = (CoFour){corner[k][0], corner[k][1], corner[k][2], 0.0f};
+    if (is_flat && is_vast(axis[0], axis[1], axis[2], out->t * shear->dir, shear))
+        place_vast(leaf, shear, at, out);
+    return true;
+}
+
 static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum, float det)
 {
     CoFour a = edge_first(x) * edge_second(y);
@@ -197,10 +258,9 @@ static inline bool is_depth_sure(CoFour x, CoFour y, const float z[3], float sum
 // Where a triangle that may be pierced is. False when it is missed, or surely not in (from, to]:
 // where float does not decide it is taken again in double. Few triangles of a leaf come here,
 // mostly one: vectors do not pay.
-static inline __attribute__((always_inline)) bool place_hit(const CoTriLeaf *leaf,
-                                                            const Shear *shear, uint32_t i,
-                                                            const LeafHits *hits, float from,
-                                                            float to, Place *out)
+static inline __attribute__((always_inline)) bool
+place_hit(const CoTriLeaf *leaf, const Shear *shear, uint32_t i, const LeafHits *hits, float from,
+          float to, const bool is_flat, Place *out)
 {
     float edge[3];
     uint32_t at[3];
@@ -224,13 +284,14 @@ static inline __attribute__((always_inline)) bool place_hit(const CoTriLeaf *lea
     out->v = edge[2] * inv;
     float sum = z[0] + (out->u * (z[1] - z[0]) + out->v * (z[2] - z[0]));
     bool is_sure = (size > 1e-30f) & (size < 1e30f) & (smallest > 0.0f) &
-                   is_depth_sure(four[0], four[1], z, sum, det);
+                   is_depth_sure(four[0], four[1], z, sum, det) &
+                   !(is_flat && is_vast(four[0], four[1], four[2], sum, shear));
     if (!is_sure) {
         float corner[3][3];
         for (int k = 0; k < 3; k++)
             for (int c = 0; c < 3; c++)
                 corner[k][c] = four[k][c];
-        return pierce_exactly((const float(*)[3])corner, shear->dir, out);
+        return pierce_unsure(leaf, shear, at, (const float(*)[3])corner, is_flat, out);
     }
     float less = sum * (shear->sz * CO_CORRECTED_LEAST);
     float more = sum * (shear->sz * CO_CORRECTED_MOST);
