@@ -227,10 +227,9 @@ bool co_layers_plan(CoTop *top, const CoInstance *instances, const CoObject *obj
 {
     Planner planner = {.top = top};
     Member *members = co_alloc(TAG, top->count * sizeof *members);
-    planner.is_out_of_memory = !members && top->count;
-    if (members)
-        plan_layer(&planner, members, list_members(top, instances, objects, members), CO_LAYER_NONE,
-                   0);
+    if (!members && top->count)
+        return false;
+    plan_layer(&planner, members, list_members(top, instances, objects, members), CO_LAYER_NONE, 0);
     co_free(TAG, members, top->count * sizeof *members);
     CoBox *boxes = co_alloc(TAG, (top->layer_count + 1) * sizeof *boxes);
     if (boxes)

@@ -18,12 +18,15 @@ static struct {
 } tally[CO_MEMORY_TAG_COUNT];
 
 static atomic_uint_fast64_t fail_countdown; // 0: off; 1: fail now and from now on
+static atomic_bool fails_once;              // then 1: fail now, and be off
 
 static bool must_fail(void)
 {
     uint_fast64_t n = atomic_load_explicit(&fail_countdown, memory_order_relaxed);
     while (n > 1 && !atomic_compare_exchange_weak(&fail_countdown, &n, n - 1))
         ; // two that take the same 2 would leave 0, which turns it off
+    if (n == 1 && atomic_load(&fails_once))
+        return atomic_compare_exchange_strong(&fail_countdown, &n, 0);
     return n == 1;
 }
 
@@ -193,5 +196,12 @@ const char *co_memory_tag_name(CoMemoryTag tag)
 
 void co_memory_fail_after(uint64_t n)
 {
+    atomic_store(&fails_once, false);
+    atomic_store(&fail_countdown, n);
+}
+
+void co_memory_fail_once(uint64_t n)
+{
+    atomic_store(&fails_once, true);
     atomic_store(&fail_countdown, n);
 }

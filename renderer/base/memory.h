@@ -65,4 +65,7 @@ const char *co_memory_tag_name(CoMemoryTag tag);
 // it off. For tests of failure paths.
 void co_memory_fail_after(uint64_t n);
 
+// The n-th alone: what is large may fail where what is small and comes later does not.
+void co_memory_fail_once(uint64_t n);
+
 #endif

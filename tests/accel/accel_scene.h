@@ -203,8 +203,23 @@ static inline void scene_clear(TestScene *s)
     memset(s, 0, sizeof *s);
 }
 
-// Builds over a mesh while the first allocation fails, then the second, until none does; what fails
-// says so and leaves nothing behind.
+// Each allocation fails alone: what can do without it is a tree, the rest says so.
+static inline void create_despite_one_failure(const CoMesh *mesh, uint64_t allocations)
+{
+    size_t before = co_memory_live(CO_MEMORY_ACCEL);
+    for (uint64_t n = 1; n <= allocations; n++) {
+        CohortError err = {0};
+        co_memory_fail_once(n);
+        CoBvh *bvh = co_bvh_create(mesh, &err);
+        co_memory_fail_once(0);
+        assert_int_equal(err.code, bvh ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        co_bvh_destroy(bvh);
+        assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);
+    }
+}
+
+// Builds over a mesh while the first allocation fails and all after it, then the second, until none
+// does; what fails says so and leaves nothing behind.
 static inline CoBvh *create_despite_failures(const CoMesh *mesh, uint64_t least_allocations)
 {
     size_t before = co_memory_live(CO_MEMORY_ACCEL);
@@ -216,7 +231,9 @@ static inline CoBvh *create_despite_failures(const CoMesh *mesh, uint64_t least_
         if (bvh) {
             assert_int_equal(err.code, COHORT_OK);
             assert_true(n > least_allocations);
-            return bvh;
+            co_bvh_destroy(bvh);
+            create_despite_one_failure(mesh, n - 1);
+            return co_bvh_create(mesh, &err);
         }
         assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
         assert_int_equal(co_memory_live(CO_MEMORY_ACCEL), before);

@@ -232,6 +232,14 @@ static void failing_allocations_are_reported(void **state)
     }
     assert_non_null(top);
     assert_true(n > 12);
+    for (uint64_t k = 1; k < n - 1; k++) { // each alone
+        CohortError err = {0};
+        co_memory_fail_once(k);
+        CoTop *other = co_top_create(instances, THINGS + 1, s.objects, &err);
+        co_memory_fail_once(0);
+        assert_true(other || err.code == COHORT_ERROR_OUT_OF_MEMORY);
+        co_top_destroy(other);
+    }
     assert_int_equal(top->layer_count, 1);
     assert_int_equal(co_top_bytes(top), co_memory_live(CO_MEMORY_ACCEL) - before);
     co_top_destroy(top);

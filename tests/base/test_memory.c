@@ -133,6 +133,19 @@ static void the_nth_allocation_fails_and_all_after_it(void **state)
     co_free(CO_MEMORY_BASE, first, 1);
 }
 
+static void the_nth_allocation_fails_alone(void **state)
+{
+    (void)state;
+    co_memory_fail_once(2);
+    void *first = co_alloc(CO_MEMORY_BASE, 1);
+    assert_non_null(first);
+    assert_null(co_alloc(CO_MEMORY_BASE, 1));
+    void *third = co_alloc(CO_MEMORY_BASE, 1);
+    assert_non_null(third);
+    co_free(CO_MEMORY_BASE, third, 1);
+    co_free(CO_MEMORY_BASE, first, 1);
+}
+
 static void take_one_each(void *context, size_t begin, size_t end, uint32_t worker)
 {
     (void)worker;
@@ -188,6 +201,7 @@ int main(void)
         cmocka_unit_test(blocks_that_shrink_keep_what_is_left),
         cmocka_unit_test(arrays_grow_one_at_a_time),
         cmocka_unit_test(the_nth_allocation_fails_and_all_after_it),
+        cmocka_unit_test(the_nth_allocation_fails_alone),
         cmocka_unit_test(no_thread_slips_past_the_nth),
         cmocka_unit_test(tags_have_names_of_their_own),
     };
