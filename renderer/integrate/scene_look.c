@@ -190,13 +190,12 @@ bool co_scene_commit_lights(CohortScene *scene, CohortError *err)
     memcpy(scene->lights_frame, scene->frame, sizeof scene->frame);
     CohortLightDesc *descs = co_alloc(TAG, (n + 1) * sizeof *descs);
     scene->light_images = co_alloc_zero(TAG, (n + 1) * sizeof *scene->light_images);
+    scene->light_image_count = scene->light_images ? n + 1 : 0;
     bool ok = descs && scene->light_images;
-    if (ok) {
-        scene->light_image_count = n + 1;
+    if (ok)
         ok = build_lights(scene, descs, err);
-    } else {
+    else
         CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory for %u lights", n);
-    }
     co_free(TAG, descs, (n + 1) * sizeof *descs);
     scene->lights_dirty = false;
     return ok;

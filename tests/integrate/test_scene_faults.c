@@ -56,8 +56,12 @@ static bool set_places(CohortScene *scene, uint32_t object, CohortError *err)
 // All that a host does before the first round. NULL if anything fails.
 static CohortScene *make_scene(CohortRender **render, CohortError *err)
 {
-    const CohortRenderSettings settings = {
-        .width = SIDE, .height = SIDE, .spp = 1, .batch = 256, .threads = 2};
+    const CohortRenderSettings settings = {.width = SIDE,
+                                           .height = SIDE,
+                                           .spp = 1,
+                                           .batch = 256,
+                                           .threads = 2,
+                                           .scratch_folder = "/tmp"};
     CohortScene *scene = cohort_scene_create(err);
     if (!scene)
         return NULL;
@@ -88,7 +92,8 @@ static void nothing_stays_behind(void **state)
     size_t before = all_live();
     CohortScene *scene = NULL;
     CohortRender *render = NULL;
-    for (uint64_t n = 1; n < ATTEMPTS && !scene; n++) {
+    uint64_t n;
+    for (n = 1; n < ATTEMPTS && !scene; n++) {
         CohortError err = {0};
         co_memory_fail_after(n);
         scene = make_scene(&render, &err);
@@ -105,6 +110,17 @@ static void nothing_stays_behind(void **state)
     cohort_render_destroy(render);
     cohort_scene_destroy(scene);
     assert_int_equal(all_live(), before);
+    for (uint64_t k = 1; k < n; k++) { // each alone; some can be done without
+        err = (CohortError){0};
+        co_memory_fail_once(k);
+        scene = make_scene(&render, &err);
+        co_memory_fail_once(0);
+        assert_true(scene || err.code == COHORT_ERROR_OUT_OF_MEMORY);
+        if (scene)
+            cohort_render_destroy(render);
+        cohort_scene_destroy(scene);
+        assert_int_equal(all_live(), before);
+    }
 }
 
 // A commit that failed is made good by the next: points are displaced once, and counted once.
