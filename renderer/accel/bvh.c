@@ -18,7 +18,7 @@ enum {
 static bool share_points(const CoMesh *mesh, const uint32_t *tris, size_t count, CoLeafCorners *out)
 {
     uint8_t slots[1 << SLOTS_LOG2] = {0}; // 1 + the number of a point; 0: none
-    uint32_t points[1 + CO_LEAF_WIDTH + 3], last = 0;
+    uint32_t points[1 + CO_LEAF_WIDTH + 3] = {0}, last = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t tri[3];
         co_mesh_triangle(mesh, tris[i], tri);
