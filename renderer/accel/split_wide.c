@@ -11,7 +11,7 @@ enum {
 };
 
 struct CoWideSplit {
-    CoBins *bins;        // one per worker
+    CoBins *bins;        // one per worker but the first
     CoBox4 *boxes;       // one per worker
     uint32_t *left;      // of each block
     size_t *swaps_left;  // misplaced prims before each block, of those that belong left
@@ -22,6 +22,7 @@ struct CoWideSplit {
     CoBuildPrim *prims;
     size_t count;
     const CoBinning *binning;
+    CoBins *first; // worker's, on the stack: in a small build they would be 2% of the peak
     const CoSplit *split;
 };
 
@@ -34,7 +35,7 @@ void co_wide_split_destroy(CoWideSplit *s)
 {
     if (!s)
         return;
-    co_free(CO_MEMORY_ACCEL, s->bins, s->workers * sizeof *s->bins);
+    co_free(CO_MEMORY_ACCEL, s->bins, (s->workers - 1) * sizeof *s->bins);
     co_free(CO_MEMORY_ACCEL, s->boxes, s->workers * sizeof *s->boxes);
     co_free(CO_MEMORY_ACCEL, s->left, s->blocks * sizeof *s->left);
     co_free(CO_MEMORY_ACCEL, s->swaps_left, (s->blocks + 1) * sizeof *s->swaps_left);
@@ -49,12 +50,12 @@ CoWideSplit *co_wide_split_create(size_t most, uint32_t workers)
         return NULL;
     s->workers = workers;
     s->blocks = blocks_of(most);
-    s->bins = co_alloc(CO_MEMORY_ACCEL, s->workers * sizeof *s->bins);
+    s->bins = co_alloc(CO_MEMORY_ACCEL, (s->workers - 1) * sizeof *s->bins);
     s->boxes = co_alloc(CO_MEMORY_ACCEL, s->workers * sizeof *s->boxes);
     s->left = co_alloc(CO_MEMORY_ACCEL, s->blocks * sizeof *s->left);
     s->swaps_left = co_alloc(CO_MEMORY_ACCEL, (s->blocks + 1) * sizeof *s->swaps_left);
     s->swaps_right = co_alloc(CO_MEMORY_ACCEL, (s->blocks + 1) * sizeof *s->swaps_right);
-    if (s->bins && s->boxes && s->left && s->swaps_left && s->swaps_right)
+    if ((s->bins || workers == 1) && s->boxes && s->left && s->swaps_left && s->swaps_right)
         return s;
     co_wide_split_destroy(s);
     return NULL;
@@ -87,7 +88,8 @@ static void fill_blocks(void *context, size_t begin, size_t end, uint32_t worker
 {
     CoWideSplit *s = context;
     for (size_t b = begin; b < end; b++)
-        co_bins_fill(&s->bins[worker], s->binning, s->prims + b * BLOCK, block_count(s, b));
+        co_bins_fill(worker ? &s->bins[worker - 1] : s->first, s->binning, s->prims + b * BLOCK,
+                     block_count(s, b));
 }
 
 static void move_blocks(void *context, size_t begin, size_t end, uint32_t worker)
@@ -191,13 +193,16 @@ static void choose(CoWideSplit *s, const CoRange *range, CoSplit *split)
 {
     CoBox4 centroids = measure(s, centroid_blocks);
     CoBinning binning = co_binning_over(&centroids, s->count);
+    CoBins bins;
     s->binning = &binning;
-    for (uint32_t i = 0; i < s->workers; i++)
+    s->first = &bins;
+    co_bins_clear(&bins, binning.used);
+    for (uint32_t i = 0; i + 1 < s->workers; i++)
         co_bins_clear(&s->bins[i], binning.used);
     for_blocks(s, blocks_of(s->count), fill_blocks);
-    for (uint32_t i = 1; i < s->workers; i++)
-        co_bins_merge(&s->bins[0], &s->bins[i]);
-    *split = co_split_choose(&s->bins[0], &binning, &range->box);
+    for (uint32_t i = 0; i + 1 < s->workers; i++)
+        co_bins_merge(&bins, &s->bins[i]);
+    *split = co_split_choose(&bins, &binning, &range->box);
 }
 
 void co_wide_split_range(CoWideSplit *s, CoBuildPrim *prims, const CoRange *range,
