@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "integrate/scene_data.h"
+#include "support/faults.h"
 #include "support/scenes.h"
 
 #include <math.h>
@@ -78,48 +79,20 @@ static CohortScene *make_scene(CohortRender **render, CohortError *err)
     return NULL;
 }
 
-static size_t all_live(void)
-{
-    size_t bytes = 0;
-    for (int tag = 0; tag < CO_MEMORY_TAG_COUNT; tag++)
-        bytes += co_memory_live((CoMemoryTag)tag);
-    return bytes;
-}
-
 static void nothing_stays_behind(void **state)
 {
     (void)state;
-    size_t before = all_live();
-    CohortScene *scene = NULL;
-    CohortRender *render = NULL;
-    uint64_t n;
-    for (n = 1; n < ATTEMPTS && !scene; n++) {
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
         CohortError err = {0};
-        co_memory_fail_after(n);
-        scene = make_scene(&render, &err);
-        co_memory_fail_after(0);
-        if (scene)
-            break;
-        assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
-        assert_int_equal(all_live(), before);
-    }
-    assert_non_null(scene);
-    CohortError err = {0};
-    while (!cohort_render_is_done(render))
-        TEST_OK(cohort_render_round(render, &err), &err);
-    cohort_render_destroy(render);
-    cohort_scene_destroy(scene);
-    assert_int_equal(all_live(), before);
-    for (uint64_t k = 1; k < n; k++) { // each alone; some can be done without
-        err = (CohortError){0};
-        co_memory_fail_once(k);
-        scene = make_scene(&render, &err);
-        co_memory_fail_once(0);
-        assert_true(scene || err.code == COHORT_ERROR_OUT_OF_MEMORY);
-        if (scene)
-            cohort_render_destroy(render);
+        CohortRender *render = NULL;
+        test_faults_begin(&faults);
+        CohortScene *scene = make_scene(&render, &err);
+        test_faults_end(&faults, scene != NULL, &err);
+        while (scene && !cohort_render_is_done(render))
+            TEST_OK(cohort_render_round(render, &err), &err);
+        cohort_render_destroy(render);
         cohort_scene_destroy(scene);
-        assert_int_equal(all_live(), before);
     }
 }
 
@@ -175,7 +148,7 @@ static void failed_materials_stay(void **state)
     desc.lookups = &lookup;
     desc.lookup_count = 1;
     CoMaterial before = scene->materials[material];
-    size_t live = all_live();
+    size_t live = test_live_bytes();
     bool is_set = false;
     uint64_t n;
     for (n = 1; n < ATTEMPTS && !is_set; n++) {
@@ -188,7 +161,7 @@ static void failed_materials_stay(void **state)
         assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
         assert_memory_equal(&scene->materials[material], &before, sizeof before);
         assert_string_equal(scene->materials[material].displacement.primvar, "height");
-        assert_int_equal(all_live(), live);
+        assert_int_equal(test_live_bytes(), live);
     }
     assert_true(is_set && n == 3);
     assert_string_equal(scene->materials[material].lookups[0].st_primvar, name);
