@@ -19,6 +19,11 @@ void co_ptex_decoder_clear(CoPtexDecoder *decoder)
     decoder->tile_size = 0;
 }
 
+bool co_ptex_decoder_is_short(const CoPtexDecoder *decoder)
+{
+    return decoder->is_short || !decoder->inflate.state;
+}
+
 static void undo_differences(CoPtexType type, void *texels, size_t count)
 {
     if (type == CO_PTEX_U8) {
@@ -68,7 +73,7 @@ static bool reserve_tile(CoPtexDecoder *decoder, size_t size)
     decoder->tile = co_alloc(CO_MEMORY_TEXTURE, size);
     decoder->tile_size = decoder->tile ? size : 0;
     decoder->is_short = !decoder->tile;
-    return decoder->tile != NULL;
+    return !decoder->is_short;
 }
 
 static bool decode_tiled(const CoPtexFile *file, uint32_t index, int ulog2, int vlog2,
@@ -97,6 +102,7 @@ static bool decode_tiled(const CoPtexFile *file, uint32_t index, int ulog2, int 
 bool co_ptex_block_decode(const CoPtexFile *file, uint32_t block, int ulog2, int vlog2,
                           CoPtexDecoder *decoder, void *out)
 {
+    decoder->is_short = false;
     if (co_ptex_encoding(&file->blocks[block]) == CO_PTEX_TILED)
         return decode_tiled(file, block, ulog2, vlog2, decoder, out);
     return decode_simple(file, block, ulog2, vlog2, decoder, out);

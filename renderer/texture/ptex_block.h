@@ -20,6 +20,9 @@ typedef struct CoPtexDecoder {
 
 void co_ptex_decoder_clear(CoPtexDecoder *decoder);
 
+// Whether the decoding that just failed did so for want of memory.
+bool co_ptex_decoder_is_short(const CoPtexDecoder *decoder);
+
 // Bytes of one decoded block.
 static inline size_t co_ptex_block_size(const CoPtexFile *file, int ulog2, int vlog2)
 {

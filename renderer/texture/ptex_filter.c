@@ -331,7 +331,7 @@ typedef struct Evaluation {
     uint16_t channels[CO_PTEX_CHANNELS_MOST];
     uint32_t count;
     float *sum;
-    bool ok;
+    bool ok, is_short; // not ok for want of memory
 } Evaluation;
 
 static void add_part(void *context, uint32_t face, const CoPtexKernel *kernel)
@@ -353,6 +353,7 @@ static void add_part(void *context, uint32_t face, const CoPtexKernel *kernel)
     void *texels = co_alloc(CO_MEMORY_TEXTURE, size);
     e->ok = texels && co_ptex_block_decode(e->file, source.block, source.ulog2, source.vlog2,
                                            e->decoder, texels);
+    e->is_short = !e->ok && (!texels || co_ptex_decoder_is_short(e->decoder));
     if (e->ok) {
         co_ptex_halve_all(e->file, &source, texels);
         co_ptex_sum(e->file->type, texels, kernel->ulog2, kernel->vlog2, &part, e->channels,
@@ -380,6 +381,7 @@ bool co_ptex_evaluate(const CoPtexFile *file, const CoPtexFilter *filter, const 
         out[i] = 0;
     }
     float weight = co_ptex_filter(file, filter, query, add_part, &e);
+    CO_CHECK(!e.is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     CO_CHECK(e.ok, err, COHORT_ERROR_TEXTURE, "broken Ptex file: a block near face %u is damaged",
              query->face);
     float scale = weight * co_ptex_one(file->type);

@@ -86,6 +86,8 @@ bool co_ptex_face_texels(const CoPtexFile *file, uint32_t face, int ulog2, int v
     bool ok = read_planes(file, &source, decoder, planes, planes + size);
     if (ok)
         interleave(file, planes, count, out);
+    else if (co_ptex_decoder_is_short(decoder))
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     else
         CO_FAIL(err, COHORT_ERROR_TEXTURE, "broken Ptex file: face %u does not decompress", face);
     co_free(CO_MEMORY_TEXTURE, planes, 2 * size);

@@ -52,7 +52,7 @@ bool co_reader_decode(CoReader *reader, const CoTextureFile *file, const CoReque
 
 bool co_reader_is_short(const CoReader *reader, const CoTextureFile *file)
 {
-    return file->ptex && (reader->decoder.is_short || !reader->decoder.inflate.state);
+    return file->ptex && co_ptex_decoder_is_short(&reader->decoder);
 }
 
 static void sum_image(const CoTextureFile *file, CoRequest *request, const float *texels)

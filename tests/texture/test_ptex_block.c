@@ -103,7 +103,35 @@ static void broken_streams_are_refused(void **state)
     assert_true(co_ptex_block_decode(file, file->level_block[0], 4, 4, &decoder, texels));
     block->offset += 1;
     assert_false(co_ptex_block_decode(file, file->level_block[0], 4, 4, &decoder, texels));
-    assert_false(decoder.is_short);
+    assert_false(co_ptex_decoder_is_short(&decoder));
+    co_ptex_decoder_clear(&decoder);
+    co_ptex_close(file);
+}
+
+// Nor is what was short of memory once short of it ever after: damage is told from it.
+static void tiles_without_memory_are_not_broken(void **state)
+{
+    (void)state;
+    write_grid(in_folder("tiles.ptx"), 1, 8, CO_PTEX_U8, 3);
+    CohortError err = {0};
+    CoPtexFile *file = co_ptex_open(in_folder("tiles.ptx"), &err);
+    assert_non_null(file);
+    const uint32_t whole = file->level_block[0], tile = file->tilings[0].first;
+    const CoPtexTiling *tiling = &file->tilings[0];
+    static unsigned char want[3 << 16], got[3 << 16];
+    CoPtexDecoder decoder = {0};
+    assert_true(co_ptex_block_decode(file, whole, 8, 8, &decoder, want));
+    co_ptex_decoder_clear(&decoder);
+    co_memory_fail_after(1);
+    assert_false(co_ptex_block_decode(file, whole, 8, 8, &decoder, got));
+    co_memory_fail_after(0);
+    assert_true(co_ptex_decoder_is_short(&decoder));
+    file->blocks[tile].offset += 1;
+    assert_false(co_ptex_block_decode(file, tile, tiling->ulog2, tiling->vlog2, &decoder, got));
+    assert_false(co_ptex_decoder_is_short(&decoder));
+    file->blocks[tile].offset -= 1;
+    assert_true(co_ptex_block_decode(file, whole, 8, 8, &decoder, got));
+    assert_memory_equal(got, want, sizeof want);
     co_ptex_decoder_clear(&decoder);
     co_ptex_close(file);
 }
@@ -116,6 +144,7 @@ int main(void)
         cmocka_unit_test(pixels_are_read_in_their_type),
         cmocka_unit_test(blocks_are_as_they_were_written),
         cmocka_unit_test(broken_streams_are_refused),
+        cmocka_unit_test(tiles_without_memory_are_not_broken),
     };
     return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -1,8 +1,8 @@
 // Display-encoded Ptex files made linear: which are, averages of light, channels in their order.
 
+#include "support/faults.h"
 #include "texture_support.h"
 
-#include "base/memory.h"
 #include "texture/ptex_convert.h"
 
 #include <math.h>
@@ -163,6 +163,34 @@ static void odd_faces_are_converted(void **state)
     co_path_free(path);
 }
 
+// A file in tiles that is no less good for a lack of memory: no warning, no other color.
+static void conversions_without_memory_are_no_damage(void **state)
+{
+    (void)state;
+    write_grid(in_folder("many.ptx"), 1, 6, CO_PTEX_U8, 32);
+    CohortTextureDesc desc = {.path = in_folder("many.ptx"), .color_space = COHORT_COLOR_SRGB};
+    for (int is_authored = 0; is_authored < 2; is_authored++) {
+        TestFaults faults = {0};
+        while (test_faults_next(&faults)) {
+            CohortError err = {0};
+            Warnings warnings = {0};
+            CoTexturesOptions options = {.converted_folder = converted_folder(),
+                                         .ptex_reductions_authored = is_authored,
+                                         .warn = keep_warning,
+                                         .warn_cookie = &warnings};
+            test_faults_begin(&faults);
+            CoTextures *textures = co_textures_create(&options, &err);
+            bool ok = textures && co_textures_add(textures, &desc, &err) != COHORT_INVALID_ID;
+            test_faults_end(&faults, ok, &err);
+            if (warnings.count)
+                fail_msg("allocation %u: %s", (unsigned)faults.n, warnings.text);
+            co_textures_destroy(textures);
+            forget_converted();
+        }
+        assert_true(faults.count > 30);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -170,6 +198,7 @@ int main(void)
         cmocka_unit_test(alpha_is_no_color_wherever_it_stands),
         cmocka_unit_test(three_or_four_bytes_are_colors_unless_somebody_says_otherwise),
         cmocka_unit_test(odd_faces_are_converted),
+        cmocka_unit_test(conversions_without_memory_are_no_damage),
     };
     return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -2,19 +2,11 @@
 // that lie. Also tests ptex_edit.c, ptex_level.c, ptex_meta.c and ptex_texels.c.
 
 #include "sha256.h"
+#include "support/faults.h"
 #include "texture/ptex_filter.h"
+#include "texture_support.h"
 
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-#include <cmocka.h>
 
 #define PTEX COHORT_SHARED_DIR "/ptex"
 
@@ -253,6 +245,29 @@ static void metadata_have_their_values(void **state)
     co_ptex_close(file);
 }
 
+// A file in tiles of our own; where they are, others with metadata of all kinds and with edits.
+static void files_open_when_there_is_memory(void **state)
+{
+    (void)state;
+    write_grid(in_folder("tiled.ptx"), 2, 8, CO_PTEX_U8, 3);
+    const char *const paths[] = {in_folder("tiled.ptx"), PTEX "/goldens/meta_large.ptx",
+                                 PTEX "/goldens/edited_meta.ptx", PTEX "/goldens/edited_alpha.ptx"};
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+        if (access(paths[i], R_OK) != 0)
+            continue;
+        TestFaults faults = {0};
+        while (test_faults_next(&faults)) {
+            CohortError err = {0};
+            test_faults_begin(&faults);
+            CoPtexFile *file = co_ptex_open(paths[i], &err);
+            test_faults_end(&faults, file != NULL, &err);
+            assert_string_equal(err.file, file || faults.n == 1 ? "" : paths[i]);
+            co_ptex_close(file);
+        }
+        assert_true(faults.count > 8);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -260,6 +275,7 @@ int main(void)
         cmocka_unit_test(files_that_lie_are_refused_or_read),
         cmocka_unit_test(cut_and_flipped_files_end_well),
         cmocka_unit_test(metadata_have_their_values),
+        cmocka_unit_test(files_open_when_there_is_memory),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

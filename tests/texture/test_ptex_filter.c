@@ -1,18 +1,12 @@
-// Bilinear and box filters against values of the reference library, and senseless adjacency.
+// Bilinear and box filters against values of the reference library, and failing allocations.
+
+#include "support/faults.h"
+#include "texture_support.h"
 
 #include "texture/ptex_filter.h"
 
 #include <dirent.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #define GOLDENS COHORT_SHARED_DIR "/ptex/goldens"
 
@@ -120,10 +114,40 @@ static void filters_match_the_reference_library(void **state)
     assert_int_equal(bad, 0);
 }
 
+// A face so large that it is stored in tiles, beside others that the kernel reaches.
+static void a_lookup_without_memory_is_no_damage(void **state)
+{
+    (void)state;
+    write_grid(in_folder("tiled.ptx"), 2, 8, CO_PTEX_U8, 3);
+    CohortError err = {0};
+    CoPtexFile *file = co_ptex_open(in_folder("tiled.ptx"), &err);
+    assert_non_null(file);
+    assert_int_equal(co_ptex_encoding(&file->blocks[file->level_block[0]]), CO_PTEX_TILED);
+    const CoPtexFilter filter = {0};
+    const CoPtexQuery query = {.u = 0.999f, .v = 0.999f, .width = 1};
+    float want[3], got[3];
+    CoPtexDecoder decoder = {0};
+    assert_true(co_ptex_evaluate(file, &filter, &query, 0, 3, &decoder, want, &err));
+    co_ptex_decoder_clear(&decoder);
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        err = (CohortError){0};
+        test_faults_begin(&faults);
+        bool ok = co_ptex_evaluate(file, &filter, &query, 0, 3, &decoder, got, &err);
+        test_faults_end(&faults, ok, &err);
+        assert_true(co_ptex_evaluate(file, &filter, &query, 0, 3, &decoder, got, NULL));
+        assert_memory_equal(got, want, sizeof want);
+        co_ptex_decoder_clear(&decoder);
+    }
+    assert_int_equal(faults.count, 5); // four faces, and one place for tiles
+    co_ptex_close(file);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(filters_match_the_reference_library),
+        cmocka_unit_test(a_lookup_without_memory_is_no_damage),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -1,5 +1,6 @@
 // The Ptex writer against what the reference library stored: ptex_encode.c, ptex_texels.c too.
 
+#include "support/faults.h"
 #include "texture_support.h"
 
 #include "texture/half.h"
@@ -160,6 +161,79 @@ static void halves_round_as_ptex_has_it(void **state)
     assert_true(isnan(co_half_to_float(co_half_from_float(NAN))));
 }
 
+static void count_file(void *context, const char *path)
+{
+    (void)path;
+    ++*(int *)context;
+}
+
+// Of three faces one is cut into tiles, one of them of one color, one has a level besides its own
+// and one is constant. Alpha is premultiplied.
+static bool write_three(const unsigned char *texels, CohortError *err)
+{
+    static const CoPtexFace infos[] = {{.ulog2 = 8, .vlog2 = 8, .adjfaces = {-1, -1, -1, -1}},
+                                       {.ulog2 = 4, .vlog2 = 3, .adjfaces = {-1, -1, -1, -1}},
+                                       {.ulog2 = 0, .vlog2 = 0, .adjfaces = {-1, -1, -1, -1}}};
+    const CoPtexWriteDesc desc = {
+        .face_count = 3, .type = CO_PTEX_U8, .channels = 4, .has_alpha = true, .alpha = 3};
+    CoPtexWriter *writer = co_ptex_writer_create(in_folder("three.ptx"), &desc, err);
+    for (uint32_t i = 0; writer && i < 3; i++)
+        if (!co_ptex_writer_face(writer, i, &infos[i], texels, err))
+            break;
+    return co_ptex_writer_finish(writer, err);
+}
+
+static void unwritten_files_leave_nothing(void **state)
+{
+    (void)state;
+    static unsigned char texels[4 << 16];
+    for (uint32_t i = 0; i < sizeof texels / 2; i++)
+        texels[i] = (unsigned char)(random_at(3, i) * 255.0f);
+    int before = 0;
+    test_each_file(test_folder, count_file, &before);
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool ok = write_three(texels, &err);
+        test_faults_end(&faults, ok, &err);
+        int after = 0;
+        test_each_file(test_folder, count_file, &after);
+        assert_int_equal(after, before + ok);
+        if (!ok)
+            assert_true(write_three(texels, &err));
+        CoPtexFile *file = co_ptex_open(in_folder("three.ptx"), &err);
+        assert_non_null(file);
+        unsigned char *got = texels_of(file, 0, 8, 8);
+        assert_memory_equal(got, texels, sizeof texels);
+        free(got);
+        co_ptex_close(file);
+        unlink(in_folder("three.ptx"));
+    }
+    assert_true(faults.count > 15);
+}
+
+static void faces_without_memory_are_not_broken(void **state)
+{
+    (void)state;
+    write_grid(in_folder("face.ptx"), 1, 8, CO_PTEX_U8, 3);
+    CohortError err = {0};
+    CoPtexFile *file = co_ptex_open(in_folder("face.ptx"), &err);
+    assert_non_null(file);
+    static unsigned char texels[3 << 16];
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CoPtexDecoder decoder = {0};
+        err = (CohortError){0};
+        test_faults_begin(&faults);
+        bool ok = co_ptex_face_texels(file, 0, 8, 8, &decoder, texels, &err);
+        test_faults_end(&faults, ok, &err);
+        co_ptex_decoder_clear(&decoder);
+    }
+    assert_int_equal(faults.count, 2);
+    co_ptex_close(file);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -167,6 +241,8 @@ int main(void)
         cmocka_unit_test(the_writer_refuses_nonsense),
         cmocka_unit_test(means_over_footprints_are_means_of_texels),
         cmocka_unit_test(halves_round_as_ptex_has_it),
+        cmocka_unit_test(unwritten_files_leave_nothing),
+        cmocka_unit_test(faces_without_memory_are_not_broken),
     };
     return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

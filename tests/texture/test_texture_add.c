@@ -1,7 +1,8 @@
 // Adding textures: what cannot be one shows its fallback, with a warning that says why. Channels,
-// sets of tiles and failing allocations are in test_images and test_ptex_convert.
+// sets of tiles and most failing allocations are in test_images and test_ptex_convert.
 
 #include "png_support.h"
+#include "support/faults.h"
 #include "texture_support.h"
 
 #include "texture/textures.h"
@@ -99,6 +100,32 @@ static void a_file_is_opened_once(void **state)
     co_textures_destroy(textures);
 }
 
+// Images of lights, which are read whole.
+static void whole_images_need_memory(void **state)
+{
+    (void)state;
+    const uint16_t pixels[] = {51, 102, 153, 204};
+    write_png(in_folder("whole.png"), 2, 2, 1, 8, pixels);
+    CohortTextureDesc desc = {.path = in_folder("whole.png"), .color_space = COHORT_COLOR_RAW};
+    Warnings warnings = {0};
+    CoTextures *textures = create_textures(&warnings, 0);
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        float *rgba = NULL;
+        uint32_t width = 0, height = 0;
+        test_faults_begin(&faults);
+        bool ok = co_image_read(textures, &desc, &rgba, &width, &height, &err);
+        test_faults_end(&faults, ok, &err);
+        assert_true(ok ? width == 2 && height == 2 : !rgba && !width && !height);
+        if (ok)
+            co_image_free(rgba, width, height);
+    }
+    assert_int_equal(faults.count, 2);
+    assert_int_equal(warnings.count, 0);
+    co_textures_destroy(textures);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -106,6 +133,7 @@ int main(void)
         cmocka_unit_test(tiles_with_other_channels_show_the_fallback),
         cmocka_unit_test(no_name_is_no_file),
         cmocka_unit_test(a_file_is_opened_once),
+        cmocka_unit_test(whole_images_need_memory),
     };
     return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }

@@ -87,4 +87,23 @@ static inline CoTextures *create_textures(Warnings *warnings, uint64_t resident)
     return textures;
 }
 
+// A folder for converted textures alone, which are then made anew.
+static inline const char *converted_folder(void)
+{
+    static char path[320];
+    snprintf(path, sizeof path, "%s/converted", test_folder);
+    return path;
+}
+
+static inline void remove_converted(void *context, const char *path)
+{
+    (void)context;
+    assert_int_equal(unlink(path), 0);
+}
+
+static inline void forget_converted(void)
+{
+    test_each_file(converted_folder(), remove_converted, NULL);
+}
+
 #endif
