@@ -216,9 +216,9 @@ static bool make_normals(Displacement *d)
     if (!lay_out_corners(d, &count))
         return false;
     d->normals = co_mesh_block_alloc(&s->blocks, count, sizeof *d->normals);
-    s->has_corner_normals = true;
     if (!d->normals)
         return false;
+    s->has_corner_normals = true;
     co_mesh_block_drop(&s->blocks, s->limit_normals);
     co_mesh_block_drop(&s->blocks, s->own_normals);
     s->limit_normals = NULL;
