@@ -36,7 +36,7 @@ static void build_meshes(void *context, size_t begin, size_t end, uint32_t worke
         CoSceneObject *o = &b->scene->objects[b->list[i]];
         if (co_is_stopped(b->stop)) {
             CO_FAIL(&b->errors[i], COHORT_ERROR_CANCELLED, "stopped");
-            return;
+            continue;
         }
         if (o->is_deformed && co_bvh_refit(o->bvh, &o->mesh))
             continue;
@@ -70,6 +70,8 @@ static bool commit_mesh_list(MeshBuilds *builds, size_t small, size_t count, Coh
         build_meshes(builds, i, i + 1, 0);
     for (size_t i = 0; i < count; i++) {
         CoSceneObject *o = &builds->scene->objects[builds->list[i]];
+        if (builds->errors[i].code != COHORT_OK) // still to be done
+            continue;
         builds->scene->counts.mesh_refits += o->is_deformed;
         o->is_deformed = false;
     }

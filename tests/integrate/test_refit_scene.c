@@ -4,6 +4,7 @@
 #include "support/scenes.h"
 
 #include "base/memory.h"
+#include "integrate/scene_data.h"
 
 #include <math.h>
 
@@ -222,6 +223,32 @@ static void failures_on_the_way_are_made_good(void **state)
     cohort_scene_destroy(scene);
 }
 
+// A commit that is stopped has moved nothing yet; the next one does.
+static void stopped_commits_are_made_good(void **state)
+{
+    (void)state;
+    const CohortScheme schemes[] = {COHORT_SCHEME_NONE, COHORT_SCHEME_CATMULL_CLARK};
+    for (size_t s = 0; s < 2; s++) {
+        uint32_t object;
+        CohortSceneCounts counts;
+        CohortError err = {0};
+        CohortScene *scene = make_scene(schemes[s], 0.2f, 0.0, &object);
+        free(picture(scene));
+        set_sheet(scene, object, schemes[s], 0.3f, SIDE * SIDE);
+        scene->objects[object].is_settled = true; // stopped once points are where they belong
+        volatile int stop = 1;
+        CohortSceneOptions options = {.stop = &stop};
+        assert_false(cohort_scene_commit(scene, &options, &err));
+        assert_int_equal(err.code, COHORT_ERROR_CANCELLED);
+        cohort_scene_counts(scene, &counts);
+        assert_int_equal(counts.mesh_refits, 0);
+        expect_same(scene, schemes[s], 0.3f, 0.0);
+        cohort_scene_counts(scene, &counts);
+        assert_int_equal(counts.mesh_refits, 1);
+        cohort_scene_destroy(scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -229,6 +256,7 @@ int main(void)
         cmocka_unit_test(shards_that_move_are_built_anew),
         cmocka_unit_test(other_topologies_are_built),
         cmocka_unit_test(failures_on_the_way_are_made_good),
+        cmocka_unit_test(stopped_commits_are_made_good),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
