@@ -79,6 +79,15 @@ static CohortScene *make_scene(CohortRender **render, CohortError *err)
     return NULL;
 }
 
+static CohortScene *committed_scene(CohortError *err)
+{
+    CohortRender *render;
+    CohortScene *scene = make_scene(&render, err);
+    assert_non_null(scene);
+    cohort_render_destroy(render);
+    return scene;
+}
+
 static void nothing_stays_behind(void **state)
 {
     (void)state;
@@ -173,10 +182,7 @@ static void a_failed_root_is_empty(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortRender *render;
-    CohortScene *scene = make_scene(&render, &err);
-    assert_non_null(scene);
-    cohort_render_destroy(render);
+    CohortScene *scene = committed_scene(&err);
     for (uint64_t n = 1; n <= 2; n++) {
         co_memory_fail_after(n);
         assert_false(set_places(scene, 1, NULL));
@@ -201,10 +207,7 @@ static void warnings_are_those_of_the_commit(void **state)
 {
     (void)state;
     CohortError err = {0};
-    CohortRender *render;
-    CohortScene *scene = make_scene(&render, &err);
-    assert_non_null(scene);
-    cohort_render_destroy(render);
+    CohortScene *scene = committed_scene(&err);
     const CohortDiagnostic *said;
     size_t count = cohort_scene_warnings(scene, &said);
     assert_true(count > 0);
