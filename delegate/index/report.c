@@ -23,17 +23,11 @@ static bool make_key(const CohortReportEntry *e, char **key, size_t *size)
 
 static bool reserve(CoReport *report)
 {
-    if (report->count < report->capacity)
-        return true;
-    size_t capacity = report->capacity ? report->capacity * 2 : 16;
-    CohortReportEntry *entries =
-        co_realloc(CO_MEMORY_DELEGATE, report->entries, report->capacity * sizeof *entries,
-                   capacity * sizeof *entries);
-    if (!entries)
-        return false;
+    void *entries = report->entries;
+    bool is_done = co_grow(CO_MEMORY_DELEGATE, &entries, report->count, &report->capacity,
+                           sizeof *report->entries);
     report->entries = entries;
-    report->capacity = capacity;
-    return true;
+    return is_done;
 }
 
 static const char *copy_text(CoReport *report, const char *text)

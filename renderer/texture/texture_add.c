@@ -141,18 +141,13 @@ static bool is_ptex(const CohortTextureDesc *desc)
 uint32_t co_textures_add(CoTextures *textures, const CohortTextureDesc *desc, CohortError *err)
 {
     static const float magenta[4] = {1, 0, 1, 1};
-    if (textures->count == textures->capacity) {
-        uint32_t capacity = 2 * textures->capacity + 16;
-        void *grown =
-            co_realloc(CO_MEMORY_TEXTURE, textures->textures,
-                       textures->capacity * sizeof(CoTexture), capacity * sizeof(CoTexture));
-        if (!grown) {
-            CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-            return COHORT_INVALID_ID;
-        }
-        textures->textures = grown;
-        textures->capacity = capacity;
+    void *grown = textures->textures;
+    if (!co_grow(CO_MEMORY_TEXTURE, &grown, textures->count, &textures->capacity,
+                 sizeof(CoTexture))) {
+        CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        return COHORT_INVALID_ID;
     }
+    textures->textures = grown;
     CoTexture texture = {.file = COHORT_INVALID_ID};
     memcpy(texture.fallback, is_ptex(desc) ? magenta : desc->fallback, sizeof magenta);
     CohortError why = {0};

@@ -214,18 +214,12 @@ static uint32_t add_file(CoTextures *textures, const char *path, const CoTexture
                          CohortError *err)
 {
     CoTextureFile *file = co_alloc_zero(CO_MEMORY_TEXTURE, sizeof *file);
-    if (textures->file_count == textures->file_capacity) {
-        uint32_t capacity = 2 * textures->file_capacity + 16;
-        void *grown =
-            co_realloc(CO_MEMORY_TEXTURE, textures->files, textures->file_capacity * sizeof(void *),
-                       capacity * sizeof(void *));
-        if (grown) {
-            textures->files = grown;
-            textures->file_capacity = capacity;
-        }
-    }
+    void *files = textures->files;
+    bool has_room = co_grow(CO_MEMORY_TEXTURE, &files, textures->file_count,
+                            &textures->file_capacity, sizeof *textures->files);
+    textures->files = files;
     char *copy = co_path_copy(path);
-    if (!file || !copy || textures->file_count == textures->file_capacity) {
+    if (!file || !copy || !has_room) {
         co_ptex_close(opened->ptex);
         co_image_close(opened->image);
         co_path_free(copy);

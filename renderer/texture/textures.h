@@ -10,9 +10,9 @@ struct CoTextures {
     CoTexturesOptions options; // its strings are owned
     uint64_t rendering_space;  // hash of what `to_rendering` does to some colors
     CoTexture *textures;
-    uint32_t count, capacity;
     CoTextureFile **files;
-    uint32_t file_count, file_capacity;
+    uint32_t count, file_count;
+    size_t capacity, file_capacity;
     uint64_t decoded_bytes;  // of all files
     uint64_t resident_limit; // of those that may stay
     uint64_t block_bytes;    // of the largest block
