@@ -145,11 +145,6 @@ static inline bool co_grid_is_block(const CoPatchTable *table)
     return is_one || co_grid_block_shift(table) > 0;
 }
 
-static inline bool co_grid_has_tiles(const CoPatchTable *table)
-{
-    return !co_grid_is_numbered(table) && !co_grid_is_list(table) && !co_grid_is_block(table);
-}
-
 // 2^(exponent - 127).
 static inline float co_grid_step(uint8_t exponent)
 {

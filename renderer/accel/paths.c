@@ -18,17 +18,6 @@ bool co_accel_path_count(const CoAccelScene *scene, uint64_t *out)
     return *out <= UINT32_MAX - 1u;
 }
 
-uint32_t co_accel_path_id(const CoAccelScene *scene, const uint32_t *chain, uint32_t length)
-{
-    const CoObject *object = &scene->objects[scene->root];
-    uint32_t id = 0;
-    for (uint32_t i = 0; i < length; i++) {
-        id += object->top->placed[chain[i]].first_path;
-        object = &scene->objects[object->instances[chain[i]].object];
-    }
-    return id;
-}
-
 // The last instance whose first path is at most `path`: those without paths share their
 // successor's.
 static uint32_t find_instance(const CoTop *top, uint32_t path)

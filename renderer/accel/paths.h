@@ -9,9 +9,6 @@
 
 #include "accel/accel.h"
 
-// The id of the path that takes instance chain[i] at level i. The last one must be a mesh.
-uint32_t co_accel_path_id(const CoAccelScene *scene, const uint32_t *chain, uint32_t length);
-
 // The object (a mesh) that a path ends in, without its transforms.
 uint32_t co_accel_path_object(const CoAccelScene *scene, uint32_t instance);
 

@@ -186,14 +186,6 @@ size_t co_memory_resident(void)
     return page > 0 ? resident * (size_t)page : 0;
 }
 
-const char *co_memory_tag_name(CoMemoryTag tag)
-{
-    static const char *const names[CO_MEMORY_TAG_COUNT] = {"base",  "usda",  "scene",   "geometry",
-                                                           "accel", "rays",  "texture", "light",
-                                                           "film",  "color", "delegate"};
-    return names[tag];
-}
-
 void co_memory_fail_after(uint64_t n)
 {
     atomic_store(&fails_once, false);

@@ -58,9 +58,6 @@ size_t co_memory_resident(void);
 // groups of the process leave it; 0 where the system does not say.
 uint64_t co_memory_available(void);
 
-// The name of a tag as it stands in the statistics.
-const char *co_memory_tag_name(CoMemoryTag tag);
-
 // Makes the n-th allocation from now (1-based, over all threads) and every later one fail; 0 turns
 // it off. For tests of failure paths.
 void co_memory_fail_after(uint64_t n);

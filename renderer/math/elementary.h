@@ -1,4 +1,4 @@
-// Sine, exponential, logarithm and their kin in float32, the same bits on every machine.
+// Sines, powers and angles in float32, the same bits on every machine.
 //
 // libm picks variants by CPU, so nothing that reaches the image may call it. Here each function
 // reduces its argument and sums a short Taylor series in double, in a fixed order and uncontracted,
@@ -122,54 +122,8 @@ static inline void co_sincosf(float x, float *sine, float *cosine)
     *cosine = (float)c;
 }
 
-static inline float co_sinf(float x)
-{
-    double s, c;
-    co_sincos_d((double)x, &s, &c);
-    return (float)s;
-}
-
-static inline float co_cosf(float x)
-{
-    double s, c;
-    co_sincos_d((double)x, &s, &c);
-    return (float)c;
-}
-
-static inline float co_tanf(float x)
-{
-    double s, c;
-    co_sincos_d((double)x, &s, &c);
-    return (float)(s / c);
-}
-
-// Overflow gives infinity, underflow denormals and then 0, NaN gives NaN.
-static inline float co_exp2f(float x)
-{
-    return (float)co_exp2_d((double)x);
-}
-
-static inline float co_expf(float x)
-{
-    return (float)co_exp2_d((double)x * 1.44269504088896340736);
-}
-
-// As libm has it: log of 0 is -infinity, of a negative number NaN.
-static inline float co_log2f(float x)
-{
-    if (!(x > 0.0f))
-        return x == 0.0f ? -INFINITY : NAN;
-    return isinf(x) ? x : (float)co_log2_d((double)x);
-}
-
-static inline float co_logf(float x)
-{
-    if (!(x > 0.0f))
-        return x == 0.0f ? -INFINITY : NAN;
-    return isinf(x) ? x : (float)(co_log2_d((double)x) * 0.69314718055994530942);
-}
-
 // x to the y for x >= 0; a negative x gives NaN unless y is 0. pow(x, 0) is 1, also for NaN.
+// Overflow gives infinity, underflow denormals and then 0.
 static inline float co_powf(float x, float y)
 {
     if (y == 0.0f || x == 1.0f)

@@ -61,10 +61,4 @@ typedef CoLaneMask CoWideMask;
 #define co_wide_load_points co_lane_load_points
 #endif
 
-// The middle of three: a limited to [lo, hi] where lo <= hi.
-static inline CoLane co_lane_clamp(CoLane a, CoLane lo, CoLane hi)
-{
-    return co_lane_max(co_lane_min(a, hi), lo);
-}
-
 #endif

@@ -23,10 +23,6 @@ static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
 {
     return _mm256_and_ps(a, b);
 }
-static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
-{
-    return _mm256_or_ps(a, b);
-}
 static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
 {
     return _mm256_blendv_ps(b, a, m);

@@ -24,10 +24,6 @@ static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
 {
     return (__mmask8)(a & b);
 }
-static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
-{
-    return (__mmask8)(a | b);
-}
 static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
 {
     return _mm256_mask_blend_ps(m, b, a);

@@ -83,10 +83,6 @@ static inline CoLaneMask co_lane_and(CoLaneMask a, CoLaneMask b)
 {
     return a & b;
 }
-static inline CoLaneMask co_lane_or(CoLaneMask a, CoLaneMask b)
-{
-    return a | b;
-}
 // a where m, else b.
 static inline CoLane co_lane_select(CoLaneMask m, CoLane a, CoLane b)
 {

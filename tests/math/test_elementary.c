@@ -32,21 +32,35 @@ static double worst_over(float lo, float hi, int count, float (*f)(float), doubl
     return worst;
 }
 
+static float sine(float x)
+{
+    float s, c;
+    co_sincosf(x, &s, &c);
+    return s;
+}
+
+static float cosine(float x)
+{
+    float s, c;
+    co_sincosf(x, &s, &c);
+    return c;
+}
+
+static float power_of_two(float x)
+{
+    return co_powf(2.0f, x);
+}
+
 static void each_function_is_within_its_error(void **state)
 {
     (void)state;
     const int n = 200000;
-    assert_true(worst_over(-7.0f, 7.0f, n, co_sinf, sin) < 0.52);
-    assert_true(worst_over(-7.0f, 7.0f, n, co_cosf, cos) < 0.52);
-    assert_true(worst_over(-1e6f, 1e6f, n, co_sinf, sin) < 0.52);
-    assert_true(worst_over(-1e6f, 1e6f, n, co_cosf, cos) < 0.52);
-    assert_true(worst_over(-1.57f, 1.57f, n, co_tanf, tan) < 0.52);
-    assert_true(worst_over(-87.0f, 88.0f, n, co_expf, exp) < 0.52);
-    assert_true(worst_over(-126.0f, 127.9f, n, co_exp2f, exp2) < 0.52);
-    assert_true(worst_over(-149.0f, -126.0f, n, co_exp2f, exp2) < 0.52);
-    assert_true(worst_over(1e-30f, 1e-28f, n, co_logf, log) < 0.52);
-    assert_true(worst_over(0.5f, 2.0f, n, co_logf, log) < 0.52);
-    assert_true(worst_over(0.5f, 1e6f, n, co_log2f, log2) < 0.52);
+    assert_true(worst_over(-7.0f, 7.0f, n, sine, sin) < 0.52);
+    assert_true(worst_over(-7.0f, 7.0f, n, cosine, cos) < 0.52);
+    assert_true(worst_over(-1e6f, 1e6f, n, sine, sin) < 0.52);
+    assert_true(worst_over(-1e6f, 1e6f, n, cosine, cos) < 0.52);
+    assert_true(worst_over(-126.0f, 127.9f, n, power_of_two, exp2) < 0.52);
+    assert_true(worst_over(-149.0f, -126.0f, n, power_of_two, exp2) < 0.52);
     assert_true(worst_over(-1.0f, 1.0f, n, co_acosf, acos) < 0.52);
     assert_true(worst_over(-1.0f, 1.0f, n, co_asinf, asin) < 0.52);
     assert_true(worst_over(0.999f, 1.0f, n, co_acosf, acos) < 0.52);
@@ -70,36 +84,6 @@ static void powers_and_angles_are_within_their_error(void **state)
     assert_true(worst_atan < 0.52);
 }
 
-static void sine_and_cosine_come_together(void **state)
-{
-    (void)state;
-    for (int i = -1000; i < 1000; i++) {
-        float x = (float)i * 0.37f, s, c;
-        co_sincosf(x, &s, &c);
-        assert_true(s == co_sinf(x) && c == co_cosf(x));
-    }
-}
-
-static void exponentials_reach_infinity_and_zero(void **state)
-{
-    (void)state;
-    assert_true(co_expf(89.0f) == INFINITY && co_expf(INFINITY) == INFINITY);
-    assert_true(co_expf(-105.0f) == 0.0f && co_expf(-INFINITY) == 0.0f);
-    assert_true(co_exp2f(0.0f) == 1.0f && co_exp2f(10.0f) == 1024.0f);
-    assert_true(co_exp2f(-149.0f) == 0x1p-149f);
-    assert_true(isnan(co_expf(NAN)) && isnan(co_exp2f(NAN)));
-}
-
-static void logarithms_at_their_edges(void **state)
-{
-    (void)state;
-    assert_true(co_logf(0.0f) == -INFINITY && co_log2f(0.0f) == -INFINITY);
-    assert_true(isnan(co_logf(-1.0f)) && isnan(co_log2f(NAN)));
-    assert_true(co_logf(INFINITY) == INFINITY && co_logf(1.0f) == 0.0f);
-    for (int k = -149; k < 128; k++)
-        assert_true(co_log2f(ldexpf(1.0f, k)) == (float)k);
-}
-
 static void powers_at_their_edges(void **state)
 {
     (void)state;
@@ -110,6 +94,12 @@ static void powers_at_their_edges(void **state)
     assert_true(isnan(co_powf(-2.0f, 2.0f)) && isnan(co_powf(NAN, 1.0f)));
     assert_true(isnan(co_powf(-INFINITY, 2.0f)) && isnan(co_powf(2.0f, NAN)));
     assert_true(co_powf(3.0f, 2.0f) == 9.0f);
+    assert_true(co_powf(2.0f, 128.0f) == INFINITY && co_powf(2.0f, 3e38f) == INFINITY);
+    assert_true(co_powf(2.0f, -151.0f) == 0.0f && co_powf(2.0f, -3e38f) == 0.0f);
+    for (int k = -149; k < 128; k++) {
+        assert_true(co_powf(2.0f, (float)k) == ldexpf(1.0f, k));
+        assert_true(co_powf(ldexpf(1.0f, k), 1.0f) == ldexpf(1.0f, k));
+    }
 }
 
 static void angles_at_their_edges(void **state)
@@ -128,9 +118,9 @@ static void angles_at_their_edges(void **state)
 static void waves_of_no_number_are_no_number(void **state)
 {
     (void)state;
-    assert_true(isnan(co_sinf(NAN)) && isnan(co_cosf(INFINITY)) && isnan(co_tanf(-INFINITY)));
-    assert_true(co_sinf(0.0f) == 0.0f && co_cosf(0.0f) == 1.0f);
-    assert_true(co_sinf(3e38f) == 0.0f && co_cosf(-3e38f) == 1.0f);
+    assert_true(isnan(sine(NAN)) && isnan(cosine(INFINITY)) && isnan(sine(-INFINITY)));
+    assert_true(sine(0.0f) == 0.0f && cosine(0.0f) == 1.0f);
+    assert_true(sine(3e38f) == 0.0f && cosine(-3e38f) == 1.0f);
 }
 
 static void bits_go_there_and_back(void **state)
@@ -155,9 +145,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_function_is_within_its_error),
         cmocka_unit_test(powers_and_angles_are_within_their_error),
-        cmocka_unit_test(sine_and_cosine_come_together),
-        cmocka_unit_test(exponentials_reach_infinity_and_zero),
-        cmocka_unit_test(logarithms_at_their_edges),
         cmocka_unit_test(powers_at_their_edges),
         cmocka_unit_test(angles_at_their_edges),
         cmocka_unit_test(bits_go_there_and_back),

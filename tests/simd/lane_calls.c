@@ -29,11 +29,9 @@ void CO_LANE_NAME(lane_calls)(const float *a, const float *b, const uint8_t *ind
         store_mask(at += count, same);
         store_mask(at += count, co_lane_ne(x, y));
         store_mask(at += count, co_lane_and(less, same));
-        store_mask(at += count, co_lane_or(less, co_lane_lt(y, x)));
         co_lane_store(at += count, co_lane_select(less, x, y));
         CoLaneMask again = co_lane_mask(co_lane_bits(less) | 0x10000u); // bits beyond do not matter
         co_lane_store(at += count, co_lane_select(again, y, x));
-        co_lane_store(at += count, co_lane_clamp(x, co_lane_set1(-1.0f), co_lane_set1(2.0f)));
         co_lane_store(at += count, co_lane_load_bytes(index + i));
         uint32_t place[CO_LANE_WIDTH];
         CoLane point[3];

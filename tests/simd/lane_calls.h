@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 enum {
-    LANE_CALL_COUNT = 23, // operations
+    LANE_CALL_COUNT = 21, // operations
     WIDE_CALL_COUNT = 16
 };
 
