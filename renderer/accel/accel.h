@@ -70,8 +70,8 @@ typedef struct CoObject {
 // Builds over the instances. `objects` gives the boxes and the trees of meshes, and of nested
 // groups the tops: build the innermost groups first, and refit when one of these is replaced.
 // Objects with an empty box, and transforms that are not finite, take their place among the paths
-// but are never hit. The arrays must outlive the top. At most
-// CO_GROUP_DEPTH_MAX groups may nest (COHORT_ERROR_LIMIT).
+// but are never hit. The arrays must outlive the top. At most CO_GROUP_DEPTH_MAX groups may nest
+// (COHORT_ERROR_LIMIT).
 CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject *objects,
                      CohortError *err);
 void co_top_destroy(CoTop *top);

@@ -3,7 +3,8 @@
 //
 // Most pieces of a set are placed once, by a transform that is not the identity. Taking a ray into
 // the space of a wall of two triangles costs more than testing it. What is baked, and to which
-// bits, depends on the mesh, its transform and on whether the group has it but once.
+// bits, depends on the mesh, its transform, on whether the group has it but once and on the least
+// that stands in the group.
 
 #ifndef CO_ACCEL_BAKE_H
 #define CO_ACCEL_BAKE_H

@@ -13,8 +13,7 @@
     (QUAD_EDGE(m, i, j) == 8 ? QUAD_INNER(m, i, j) : QUAD_EDGE(m, i, j) % 2 ? (j) : (i))
 #define QUAD_STEP(m, i, j) (QUAD_IS_CORNER(m, i, j) ? 0 : QUAD_ALONG(m, i, j))
 
-// ---- Triangles: what lies beyond the diagonal is not asked for
-// --------------------------------------
+// ---- Triangles: what lies beyond the diagonal is not asked for ---------------------------------
 
 #define TRI_EDGE(m, i, j) ((j) == 0 ? 4 : (i) == (m) ? 5 : (i) <= (j) ? 6 : 3)
 #define TRI_IS_CORNER(m, i, j) ((i) == 0 || (j) >= (m) || ((i) == (m) && (j) == 0))

@@ -12,9 +12,9 @@
 
 #include "accel/node.h"
 
-// Finds the layers of instances that are placed, gives each instance its layer, and settles which
-// stand in place. Those of before are forgotten. What is found depends on the boxes and triangle
-// counts alone. False when memory is out.
+// Finds the layers of instances that are placed, in a top that has none yet, gives each instance
+// its layer, and settles which stand in place. What is found depends on the boxes and triangle
+// counts alone. False when memory is out: then there are none.
 bool co_layers_plan(CoTop *top, const CoInstance *instances, const CoObject *objects);
 
 // By layer + 1, so that the group's own tree is the first: where its list in `members` begins, of

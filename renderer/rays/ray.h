@@ -100,8 +100,7 @@ static inline uint32_t co_ray_emitter(const uint32_t *words)
 // Only the direction of a record.
 CoVec3 co_ray_decode_direction(const uint32_t *words);
 
-// What shading asks of a record: all but the direction, pdf and normal; *out has zeros
-// there.
+// What shading asks of a record: all but the direction, pdf and normal; *out has zeros there.
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 
 // What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with

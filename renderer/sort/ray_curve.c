@@ -159,8 +159,8 @@ static void add_segment(Curve *curve, size_t end)
     curve->segments[curve->segment_count++] = (Segment){last->end, end, false};
 }
 
-// Segments end at multiples of 64, so that groups are full: the few rays
-// before go with the next segment, which is a neighbor.
+// Segments end at multiples of 64, so that groups are full: the few rays before go with the next
+// segment, which is a neighbor.
 static void scan_cells(Curve *curve)
 {
     uint32_t before = 0, begin = 0; // of the cell, of the segment

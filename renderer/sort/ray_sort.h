@@ -19,14 +19,12 @@ typedef struct CoRaySorter {
 
 // Fills order[0 .. records->count) with the indices of the records, each once, in a coherent order.
 // Records with NaN or infinite origins come last; records->bounds counts them.
-//   EXACT  median splits on the longest axis of the subset's bounds: by origin down to 4096 rays,
-//   by
-//          direction down to 64. Where all origins are one point (a pinhole), by direction at once.
-//          Which rays share a group does not depend on the order they came in, ties of equal rays
-//          aside.
+//   EXACT  median splits on the longest axis of the subset's bounds: by origin down to 4096
+//          rays, by direction down to 64. Where all origins are one point (a pinhole), by
+//          direction at once. Which rays share a group does not depend on the order they came in,
+//          ties of equal rays aside.
 //   FAST   by cells along a Hilbert curve through the origins; neighboring cells make runs, and
-//   each
-//          run is sorted along a Hilbert curve through its directions. Stable.
+//          each run is sorted along a Hilbert curve through its directions. Stable.
 //   count    at most 2^26
 //   scratch  kept and grown; about 28 bytes per ray (exact) or 17 (fast)
 // False with COHORT_ERROR_OUT_OF_MEMORY.
