@@ -46,19 +46,11 @@ static uint8_t *count_uses(const CoInstance *instances, uint32_t count, size_t *
     return uses;
 }
 
-static double box_side(const CoBox *box)
-{
-    double side = 0.0;
-    for (int k = 0; k < 3; k++)
-        side = fmax(side, (double)box->hi[k] - (double)box->lo[k]);
-    return side;
-}
-
 static double least_side(const CoTop *top)
 {
     double least = HUGE_VAL;
     for (uint32_t i = 0; i < top->count; i++) {
-        double side = box_side(&top->placed[i].box);
+        double side = co_box_size(&top->placed[i].box);
         if (side > 0.0) // a point tells of no size
             least = fmin(least, side);
     }
@@ -69,12 +61,12 @@ static bool is_worth_it(const CoPlaced *placed, const CoInstance *instance, cons
                         double least)
 {
     if (!placed->bvh || placed->is_in_place || !mesh || mesh->patches ||
-        mesh->tri_count > BAKED_MOST || !(placed->box.lo[0] <= placed->box.hi[0]))
+        mesh->tri_count > BAKED_MOST || co_box_is_empty(&placed->box))
         return false;
     if (!(sum_of_squares(&instance->to_group) * sum_of_squares(&instance->to_object) <=
           MOST_STRETCH))
         return false;
-    double side = box_side(&placed->box), farthest = 0.0;
+    double side = co_box_size(&placed->box), farthest = 0.0;
     if (side > MOST_SIZES * least)
         return false;
     for (int k = 0; k < 3; k++) {
@@ -115,17 +107,14 @@ static bool keep(CoTop *top, CoBvh *bvh)
 {
     if (!bvh)
         return false;
-    if (top->baked_count == top->baked_capacity) {
-        uint32_t more = 2 * top->baked_capacity + 8;
-        CoBvh **moved = co_realloc(TAG, top->baked, top->baked_capacity * sizeof(CoBvh *),
-                                   more * sizeof(CoBvh *));
-        if (!moved) {
-            co_bvh_destroy(bvh);
-            return false;
-        }
-        top->baked = moved;
-        top->baked_capacity = more;
+    size_t capacity = top->baked_capacity;
+    void *baked = top->baked;
+    if (!co_grow(TAG, &baked, top->baked_count, &capacity, sizeof *top->baked)) {
+        co_bvh_destroy(bvh);
+        return false;
     }
+    top->baked = baked;
+    top->baked_capacity = (uint32_t)capacity;
     top->baked[top->baked_count++] = bvh;
     return true;
 }

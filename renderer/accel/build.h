@@ -120,7 +120,21 @@ static inline void co_box_extend(CoBox *box, const float lo[3], const float hi[3
     }
 }
 
-// In double, so that no finite box overflows.
+static inline bool co_box_is_empty(const CoBox *box)
+{
+    return !(box->lo[0] <= box->hi[0]);
+}
+
+// Its longest side; 0 of an empty one. In double, so that no finite box overflows.
+static inline double co_box_size(const CoBox *box)
+{
+    double size = 0.0;
+    for (int k = 0; k < 3; k++)
+        size = fmax(size, (double)box->hi[k] - (double)box->lo[k]);
+    return size;
+}
+
+// In double too.
 static inline double co_box_area(const CoBox *box)
 {
     double d[3];

@@ -43,17 +43,6 @@ static size_t list_bytes(const uint32_t *patches, size_t count)
     return (bytes + CO_LEAF_UNIT - 1) & ~(size_t)(CO_LEAF_UNIT - 1);
 }
 
-// In order.
-static void list_patches(const CoBuildPrim *prims, uint32_t count, uint32_t *patches)
-{
-    for (uint32_t k = 0; k < count; k++) {
-        uint32_t at = k;
-        for (; at > 0 && patches[at - 1] > prims[k].id; at--)
-            patches[at] = patches[at - 1];
-        patches[at] = prims[k].id;
-    }
-}
-
 static size_t write_list(const uint32_t *patches, size_t count, unsigned char *out)
 {
     size_t bytes = list_bytes(patches, count), at = offsetof(CoGridList, near);
@@ -173,7 +162,9 @@ static bool leaf_fits(const void *context, const CoBuildPrim *prims, size_t coun
     const CoMesh *mesh = context;
     out->count = (uint32_t)count;
     out->ref = CO_REF_LEAF;
-    list_patches(prims, out->count, out->ids);
+    for (size_t k = 0; k < count; k++)
+        out->ids[k] = prims[k].id;
+    co_leaf_sort(out->ids, count);
     if (co_grid_is_numbered(mesh->patches))
         return numbered_fits(mesh, out);
     if (co_grid_is_block(mesh->patches)) {

@@ -31,22 +31,9 @@ typedef struct Planner {
     bool is_out_of_memory;
 } Planner;
 
-static bool has_box(const CoBox *box)
-{
-    return box->lo[0] <= box->hi[0];
-}
-
-static double box_size(const CoBox *box)
-{
-    double size = 0.0;
-    for (int k = 0; k < 3; k++)
-        size = fmax(size, (double)box->hi[k] - (double)box->lo[k]);
-    return size;
-}
-
 static float reach_of(const CoPlaced *placed, const CoMesh *mesh)
 {
-    double size = box_size(&placed->box);
+    double size = co_box_size(&placed->box);
     if (placed->is_in_place)
         return (float)fmin(IN_PLACE_REACH * size / sqrt((double)mesh->tri_count + 1.0), 3e38);
     return (float)fmin(PLACED_REACH * size, 3e38);
@@ -80,7 +67,7 @@ static uint32_t bring_forward(Member *members, uint32_t count, int axis, double 
 {
     uint32_t front = 0;
     for (uint32_t i = 0; i < count; i++) {
-        double x = axis < 0 ? box_size(&members[i].box) : (double)center_of(&members[i], axis);
+        double x = axis < 0 ? co_box_size(&members[i].box) : (double)center_of(&members[i], axis);
         if (!(x <= most))
             continue;
         Member moved = members[i];
@@ -136,7 +123,7 @@ static void gather(Planner *p, Member *members, uint32_t count, double size, uin
     CoBox box = box_of(members, count);
     if (p->is_out_of_memory || count < 2 || !any_out_of_reach(members, count, size))
         return;
-    if (box_size(&box) <= size / SMALLER) {
+    if (co_box_size(&box) <= size / SMALLER) {
         uint32_t inner = p->top->layer_count;
         if (!add_layer(p, layer))
             return;
@@ -155,7 +142,7 @@ static void gather(Planner *p, Member *members, uint32_t count, double size, uin
 static void plan_layer(Planner *p, Member *members, uint32_t count, uint32_t layer, uint32_t depth)
 {
     CoBox box = box_of(members, count);
-    double size = box_size(&box);
+    double size = co_box_size(&box);
     if (depth < LAYERS_DEEP)
         gather(p, members, bring_forward(members, count, -1, size / SMALLER), size, layer, depth);
 }
@@ -168,7 +155,7 @@ static void settle(CoTop *top, const CoInstance *instances, const CoObject *obje
         co_box_empty(&boxes[l]);
     for (uint32_t i = 0; i < top->count; i++) {
         const CoPlaced *placed = &top->placed[i];
-        if (has_box(&placed->box))
+        if (!co_box_is_empty(&placed->box))
             co_box_extend(&boxes[placed->layer + 1], placed->box.lo, placed->box.hi);
     }
     top->is_in_place = true;
@@ -180,9 +167,9 @@ static void settle(CoTop *top, const CoInstance *instances, const CoObject *obje
         CoPlaced *placed = &top->placed[i];
         if (placed->is_in_place)
             placed->is_in_place = (double)reach_of(placed, objects[instances[i].object].mesh) >=
-                                  box_size(&boxes[placed->layer + 1]);
+                                  co_box_size(&boxes[placed->layer + 1]);
         if (placed->layer == CO_LAYER_NONE)
-            top->is_in_place &= placed->is_in_place || !has_box(&placed->box);
+            top->is_in_place &= placed->is_in_place || co_box_is_empty(&placed->box);
         else
             top->layers[placed->layer].is_in_place &= placed->is_in_place;
     }
@@ -201,7 +188,7 @@ static uint32_t list_members(CoTop *top, const CoInstance *instances, const CoOb
     for (uint32_t i = 0; i < top->count; i++) {
         CoPlaced *placed = &top->placed[i];
         placed->layer = CO_LAYER_NONE;
-        if (has_box(&placed->box))
+        if (!co_box_is_empty(&placed->box))
             members[used++] =
                 (Member){placed->box, i, reach_of(placed, objects[instances[i].object].mesh)};
     }
@@ -243,7 +230,7 @@ bool co_layers_plan(CoTop *top, const CoInstance *instances, const CoObject *obj
 
 static bool is_listed(const CoPlaced *placed)
 {
-    return placed->is_layer || has_box(&placed->box);
+    return placed->is_layer || !co_box_is_empty(&placed->box);
 }
 
 bool co_layers_list(const CoTop *top, CoLayerLists *out)

@@ -4,6 +4,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "math/bits.h"
 
 #include <float.h>
 #include <math.h>
@@ -92,11 +93,9 @@ static double most_saved(const CoShard *shard)
 static int step_of(double saved, double unit)
 {
     double ratio = saved / unit;
-    uint64_t bits;
     if (!(ratio >= 1.0))
         return -1;
-    memcpy(&bits, &ratio, sizeof bits);
-    uint64_t step = (bits >> (52 - STEP_BITS)) - (1023u << STEP_BITS);
+    uint64_t step = (co_double_bits(ratio) >> (52 - STEP_BITS)) - (1023u << STEP_BITS);
     return step < STEPS ? (int)step : STEPS - 1;
 }
 

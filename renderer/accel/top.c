@@ -3,7 +3,6 @@
 #include "accel/bake.h"
 #include "accel/build.h"
 #include "accel/layers.h"
-
 #include "base/error.h"
 #include "base/memory.h"
 
@@ -107,11 +106,6 @@ static void place_tree(CoPlaced *placed)
     placed->is_in_place &= is_within(&bvh->tree.box, &placed->box);
 }
 
-static bool has_box(const CoBox *box)
-{
-    return box->lo[0] <= box->hi[0];
-}
-
 // Numbers the paths, measures the depth and places the instances. False when memory is out.
 static bool survey(CoTop *top, const CoInstance *instances, const CoObject *objects)
 {
@@ -136,8 +130,8 @@ bool co_top_measure(CoTop *top, const CoInstance *instances, const CoObject *obj
 {
     for (uint32_t i = 0; i < top->count; i++) {
         CoBox box;
-        if (instance_box(&instances[i], &objects[instances[i].object], &box) !=
-            has_box(&top->placed[i].box))
+        if (instance_box(&instances[i], &objects[instances[i].object], &box) ==
+            co_box_is_empty(&top->placed[i].box))
             return false;
     }
     return survey(top, instances, objects) && top->depth <= CO_GROUP_DEPTH_MAX;
@@ -160,7 +154,6 @@ static bool build_tree(const CoTop *top, const uint32_t *members, uint32_t count
     }
     bool is_built = co_tree_build(&prims, &rule, &parts, err);
     *out = parts.tree;
-    co_prims_free(&prims);
     return is_built;
 }
 
@@ -186,7 +179,7 @@ CoTop *co_top_create(const CoInstance *instances, uint32_t count, const CoObject
                      CohortError *err)
 {
     CO_CHECK_NULL(count < CO_REF_NONE / 2, err, COHORT_ERROR_LIMIT,
-                  "a group of more than 2^30 - 1 instances; split it into groups");
+                  "a group of more than 2^30 - 2 instances; split it into groups");
     CoTop *top = co_alloc_zero(CO_MEMORY_ACCEL, sizeof *top);
     bool is_built = top != NULL;
     if (is_built && count) {
