@@ -3,6 +3,7 @@
 #include "cohort/image.h"
 
 #include "shims/oiio.h"
+#include "support/faults.h"
 #include "support/files.h"
 
 #include <math.h>
@@ -184,6 +185,33 @@ static void a_png_holds_what_the_view_shows(void **state)
     assert_int_equal(system("ls | grep -q partial"), 256);
 }
 
+static void views_and_pictures_need_memory(void **state)
+{
+    (void)state;
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        CohortView *view = cohort_view_create(COHORT_CONFIG, NULL, NULL, NULL, &err);
+        test_faults_end(&faults, view != NULL, &err);
+        cohort_view_destroy(view);
+    }
+    assert_int_equal(faults.count, 2);
+    CohortView *view = open_view(NULL, NULL, NULL, NULL);
+    const float pixel[4] = {1.0f, 0.0f, 0.5f, 1.0f};
+    for (faults = (TestFaults){0}; test_faults_next(&faults);) {
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool ok = cohort_png_write("short.png", 1, 1, pixel, view, &err);
+        test_faults_end(&faults, ok, &err);
+        assert_int_equal(access("short.png", F_OK), ok ? 0 : -1);
+        unlink("short.png");
+    }
+    assert_int_equal(faults.count, 2);
+    cohort_view_destroy(view);
+    assert_int_equal(system("ls | grep -q partial"), 256);
+}
+
 static void every_good_config_has_a_default_view(void **state)
 {
     (void)state;
@@ -264,6 +292,7 @@ int main(void)
         cmocka_unit_test(unknown_names_are_answered_with_known_ones),
         cmocka_unit_test(the_environment_names_the_config),
         cmocka_unit_test(a_png_holds_what_the_view_shows),
+        cmocka_unit_test(views_and_pictures_need_memory),
         cmocka_unit_test(every_good_config_has_a_default_view),
         cmocka_unit_test(definitions_in_a_circle_are_refused),
         cmocka_unit_test(broken_configs_are_survived),
