@@ -54,20 +54,20 @@ uint32_t co_string_map_find(const CoStringMap *map, const char *key)
 
 bool co_string_map_set(CoStringMap *map, const char *key, uint32_t value)
 {
+    uint32_t hash = hash_key(key);
+    CoStringMapSlot *slot = map->capacity ? find_slot(map, key, hash) : NULL;
+    if (slot && slot->key) {
+        slot->value = value;
+        return true;
+    }
     if (map->used * 2 >= map->capacity && !grow(map))
         return false;
-    uint32_t hash = hash_key(key);
-    CoStringMapSlot *slot = find_slot(map, key, hash);
-    if (!slot->key) {
-        map->keys.tag = CO_MEMORY_DELEGATE;
-        const char *copy = co_arena_string(&map->keys, key, strlen(key));
-        if (!copy)
-            return false;
-        slot->key = copy;
-        slot->hash = hash;
-        map->used++;
-    }
-    slot->value = value;
+    map->keys.tag = CO_MEMORY_DELEGATE;
+    const char *copy = co_arena_string(&map->keys, key, strlen(key));
+    if (!copy)
+        return false;
+    *find_slot(map, key, hash) = (CoStringMapSlot){.key = copy, .hash = hash, .value = value};
+    map->used++;
     return true;
 }
 

@@ -25,7 +25,8 @@ typedef struct CoStringMap {
 // The value of a key, COHORT_INVALID_ID if there is none.
 uint32_t co_string_map_find(const CoStringMap *map, const char *key);
 
-// Sets the value of a key; false when out of memory, the map is then unchanged.
+// Sets the value of a key; false when out of memory, the map is then unchanged. A key that it has,
+// or had, takes no memory.
 bool co_string_map_set(CoStringMap *map, const char *key, uint32_t value);
 
 void co_string_map_remove(CoStringMap *map, const char *key);

@@ -27,9 +27,13 @@ uint32_t co_sync_texture(CohortRenderIndex *index, const CohortTextureDesc *desc
              (double)desc->fallback[2], (double)desc->fallback[3]);
     uint32_t id = co_string_map_find(&index->textures, key);
     if (id == COHORT_INVALID_ID) {
-        id = cohort_scene_new_texture(index->scene, desc, err);
-        if (id != COHORT_INVALID_ID && !co_string_map_set(&index->textures, key, id))
+        // Its place first, so that no texture is made that is not found again.
+        if (co_string_map_set(&index->textures, key, id))
+            id = cohort_scene_new_texture(index->scene, desc, err);
+        else
             CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        if (id != COHORT_INVALID_ID)
+            co_string_map_set(&index->textures, key, id);
     }
     co_free(CO_MEMORY_DELEGATE, key, size);
     return id;

@@ -103,6 +103,24 @@ static void failing_memory_changes_nothing(void **state)
     assert_int_equal(co_memory_live(CO_MEMORY_DELEGATE), live);
 }
 
+// However full the map is, another value for a name that it has takes no memory.
+static void known_names_need_no_memory(void **state)
+{
+    (void)state;
+    CoStringMap map = {0};
+    for (uint32_t i = 0; i < 200; i++) {
+        char key[16];
+        snprintf(key, sizeof key, "/%u", i);
+        assert_true(co_string_map_set(&map, key, i));
+        co_memory_fail_after(1);
+        bool is_set = co_string_map_set(&map, key, i + 1000);
+        co_memory_fail_after(0);
+        assert_true(is_set);
+        assert_int_equal(co_string_map_find(&map, key), i + 1000);
+    }
+    co_string_map_clear(&map);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -110,6 +128,7 @@ int main(void)
         cmocka_unit_test(names_keep_their_numbers),
         cmocka_unit_test(removed_names_come_back),
         cmocka_unit_test(failing_memory_changes_nothing),
+        cmocka_unit_test(known_names_need_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

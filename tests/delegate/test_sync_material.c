@@ -1,6 +1,9 @@
 // Edits of materials: what they touch, and when meshes must look again.
 
 #include "material_fixture.h"
+#include "support/faults.h"
+
+#include <math.h>
 
 // A material edit is no geometry edit, unless the material turns into none.
 static void test_edits_of_a_bound_material(void **state)
@@ -86,6 +89,41 @@ static void test_material_without_network(void **state)
     assert_non_null(report_of("Material"));
 }
 
+// A textured material that is set, or set otherwise, while memory is at an end is there after the
+// next sync, with one texture.
+static void test_failed_syncs_are_made_good(void **state)
+{
+    (void)state;
+    const CohortNodeInput surface[] = {connection("diffuseColor", 1, "rgb"),
+                                       number_input("ior", NAN)};
+    const CohortNodeInput file[] = {text_input("file", "/tmp/none.png"),
+                                    text_input("wrapS", "no such wrap")};
+    const CohortMaterialNode nodes[] = {
+        {.path = "/m/s", .id = "UsdPreviewSurface", .inputs = surface, .input_count = 2},
+        {.path = "/m/t", .id = "UsdUVTexture", .inputs = file, .input_count = 2}};
+    const CohortMaterialNetwork network = {.nodes = nodes, .node_count = 2, .displacement = -1};
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        setup_index(state);
+        host.network = &network;
+        host.material = "/m";
+        insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+        insert_prim(COHORT_PRIM_MATERIAL, "/m", NULL, 0);
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool ok = cohort_render_index_sync(render_index, &err);
+        test_faults_end(&faults, ok, &err);
+        sync_index();
+        assert_int_equal(fake.texture_count, 1);
+        assert_int_equal(fake.materials[0].diffuse_color.kind, COHORT_INPUT_TEXTURE);
+        assert_int_equal(fake.objects[fake.objects[0].instances[0].object].material, 0);
+        assert_non_null(report_of("wrapS"));
+        assert_non_null(report_of("inputs:ior"));
+        teardown_index(state);
+    }
+    assert_true(faults.count > 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -94,6 +132,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_displacement_sets_meshes_anew, setup_index,
                                         teardown_index),
         cmocka_unit_test_setup_teardown(test_material_without_network, setup_index, teardown_index),
+        cmocka_unit_test(test_failed_syncs_are_made_good),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
