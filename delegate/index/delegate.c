@@ -118,6 +118,20 @@ bool cohort_delegate_report_add(CohortDelegate *delegate, CohortSeverity severit
     return co_report_add(&delegate->report, &entry);
 }
 
+void co_delegate_note(CohortDelegate *delegate, CohortSeverity severity, const char *prim_path,
+                      const char *name, const char *value, const char *action)
+{
+    if (!cohort_delegate_report_add(delegate, severity, prim_path, name, value, action))
+        delegate->has_lost = true;
+}
+
+bool co_delegate_has_lost(CohortDelegate *delegate)
+{
+    bool has_lost = delegate->has_lost;
+    delegate->has_lost = false;
+    return has_lost;
+}
+
 void cohort_delegate_report_clear(CohortDelegate *delegate)
 {
     co_report_clear(&delegate->report);

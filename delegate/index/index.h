@@ -14,6 +14,7 @@
 
 struct CohortPull {
     CoArena arena;
+    bool is_short; // an array was refused: whatever is made of the pull is not whole
 };
 
 enum {
@@ -111,7 +112,16 @@ struct CohortDelegate {
     CohortRoundFn *round_fn;
     void *round_cookie;
     const volatile int *stop; // the host's, for loading
+    bool has_lost;            // see co_delegate_note
 };
+
+// Adds a warning to the report for those who cannot fail themselves: one that finds no memory is
+// remembered.
+void co_delegate_note(CohortDelegate *delegate, CohortSeverity severity, const char *prim_path,
+                      const char *name, const char *value, const char *action);
+
+// Whether any was lost since this was asked last: asked first and last by all that may fail.
+bool co_delegate_has_lost(CohortDelegate *delegate);
 
 // The prim at a path, NULL if there is none.
 CoPrim *co_index_find(const CohortRenderIndex *index, const char *path);

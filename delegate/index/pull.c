@@ -4,5 +4,7 @@
 
 void *cohort_pull_array(CohortPull *pull, size_t count, size_t size)
 {
-    return co_arena_array(&pull->arena, count, size);
+    void *array = co_arena_array(&pull->arena, count, size);
+    pull->is_short = pull->is_short || !array;
+    return array;
 }

@@ -25,20 +25,28 @@ size_t co_sync_nearest(const double *first_time, size_t count, size_t stride)
     return best;
 }
 
-bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const char *what,
-                    CohortError *reason, CohortError *err)
+bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
+                    const char *what, CohortError *reason, CohortError *err)
 {
     if (reason->code == COHORT_ERROR_OUT_OF_MEMORY) {
         if (err && err->code == COHORT_OK)
             *err = *reason;
         return false;
     }
+    CO_CHECK(!pull->is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     char action[320];
     snprintf(action, sizeof action, "left out: %s",
              reason->message[0] ? reason->message : "the scene delegate gave no reason");
     bool ok = cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_WARNING, prim->path, what,
                                          "", action);
     return ok || CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+}
+
+bool co_sync_is_whole(CohortRenderIndex *index, const CohortPull *pull, CohortError *err)
+{
+    bool has_lost = co_delegate_has_lost(index->delegate);
+    CO_CHECK(!has_lost && !pull->is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    return true;
 }
 
 static bool is_finite_matrix(const double m[4][4])
@@ -79,7 +87,7 @@ static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
         if (!prim->scene->get_transform(prim->scene->cookie, pull, prim->path, &samples, &count,
                                         &reason)) {
             set_nowhere(prim, true, changed);
-            return co_sync_refuse(index, prim, "transform", &reason, err);
+            return co_sync_refuse(index, prim, pull, "transform", &reason, err);
         }
         if (count)
             memcpy(matrix,
@@ -91,7 +99,7 @@ static bool sync_transform(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
         CohortError reason = {0};
         snprintf(reason.message, sizeof reason.message, "%s", why);
         set_nowhere(prim, true, changed);
-        return co_sync_refuse(index, prim, "transform", &reason, err);
+        return co_sync_refuse(index, prim, pull, "transform", &reason, err);
     }
     set_nowhere(prim, false, changed);
     if (memcmp(prim->transform, matrix, sizeof matrix) != 0) {
@@ -163,7 +171,7 @@ static bool sync_type(CohortRenderIndex *index, CohortPrimType type, CohortError
             continue;
         CoArenaMark mark = co_arena_mark(&pull.arena);
         ok = (!co_is_stopped(stop) || CO_FAIL(err, COHORT_ERROR_CANCELLED, "stopped")) &&
-             sync_prim(index, prim, &pull, err);
+             sync_prim(index, prim, &pull, err) && co_sync_is_whole(index, &pull, err);
         co_arena_rewind(&pull.arena, mark);
         if (ok) {
             count_bits(index, prim);
@@ -179,6 +187,7 @@ bool cohort_render_index_pull(CohortRenderIndex *index, CohortError *err)
     if (!co_index_is_dirty(index))
         return true;
     co_render_thread_drop(index->delegate->thread);
+    co_delegate_has_lost(index->delegate); // before this sync: that was said
     double start = co_clock_seconds();
     if (index->materials_changed)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);

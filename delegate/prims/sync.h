@@ -11,9 +11,13 @@
 // The sample at time 0, else the nearest; the earlier of two as near.
 size_t co_sync_nearest(const double *first_time, size_t count, size_t stride);
 
-// Reports why a prim was left out and returns whether the sync may go on (not when out of memory).
-bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const char *what,
-                    CohortError *reason, CohortError *err);
+// Reports why a prim was left out and returns whether the sync may go on: not when memory is at an
+// end, be it for another reason that the host left it out.
+bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
+                    const char *what, CohortError *reason, CohortError *err);
+
+// Whether nothing that was pulled, or said of it, was lost for want of memory.
+bool co_sync_is_whole(CohortRenderIndex *index, const CohortPull *pull, CohortError *err);
 
 // Pulls transform and visibility if their bits are set; *changed is raised when one differs.
 bool co_sync_placement(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, bool *changed,

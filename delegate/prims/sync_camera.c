@@ -27,7 +27,7 @@ bool co_sync_camera(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, Co
         prim->scene->get_camera(prim->scene->cookie, prim->path, &prim->camera, &reason))
         return true;
     prim->camera = cohort_camera_source_default();
-    return co_sync_refuse(index, prim, "Camera", &reason, err);
+    return co_sync_refuse(index, prim, pull, "Camera", &reason, err);
 }
 
 // Changes the aperture until its aspect is that of the image (UsdRender's

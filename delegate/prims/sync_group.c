@@ -114,7 +114,7 @@ static bool add_instancer(CohortRenderIndex *index, InstanceList *list, const Co
         prim->scene->get_instancer(prim->scene->cookie, pull, prim->path, &source, &reason) &&
         add_placements(index, list, prim, pull, &source, &reason))
         return true;
-    return co_sync_refuse(index, prim, "PointInstancer", &reason, err);
+    return co_sync_refuse(index, prim, pull, "PointInstancer", &reason, err);
 }
 
 // Collects what stands in a container and sets its group. The pull's memory holds the instances'
@@ -136,9 +136,10 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
     if (ok && !cohort_scene_set_group(index->scene, container->object, list->items, list->count,
                                       &reason)) {
         const CoPrim *first = members[container->member_begin];
-        ok = co_sync_refuse(index, first, "group", &reason, err);
+        ok = co_sync_refuse(index, first, &pull, "group", &reason, err);
         cohort_scene_clear_object(index->scene, container->object);
     }
+    ok = ok && co_sync_is_whole(index, &pull, err);
     co_arena_clear(&pull.arena);
     index->counts.groups_set++;
     index->needs_commit = true;

@@ -35,7 +35,7 @@ bool co_sync_light(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, Coh
     index->needs_commit = true;
     if (cohort_scene_set_light(index->scene, prim->id, &desc, &reason) && given)
         return true;
-    bool goes_on = co_sync_refuse(index, prim, "Light", &reason, err);
+    bool goes_on = co_sync_refuse(index, prim, pull, "Light", &reason, err);
     if (!goes_on)
         prim->dirty |= COHORT_DIRTY_PARAMS; // it has moved, but the next sync will not see that
     return goes_on;

@@ -70,18 +70,18 @@ bool co_sync_material(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
     if (!prim->scene->get_material ||
         !prim->scene->get_material(prim->scene->cookie, pull, prim->path, &source, &reason)) {
         set_plain(index, prim, true, is_first);
-        return co_sync_refuse(index, prim, "Material", &reason, err);
+        return co_sync_refuse(index, prim, pull, "Material", &reason, err);
     }
     CoNetwork net = {.index = index, .prim = prim, .source = &source, .err = &memory};
     bool usable = co_network_translate(&net);
     net.desc.lookups = net.lookups;
     if (memory.code != COHORT_OK) {
         set_plain(index, prim, true, is_first);
-        return co_sync_refuse(index, prim, "Material", &memory, err);
+        return co_sync_refuse(index, prim, pull, "Material", &memory, err);
     }
     if (usable && !cohort_scene_set_material(index->scene, prim->id, &net.desc, &reason)) {
         set_plain(index, prim, true, is_first);
-        return co_sync_refuse(index, prim, "Material", &reason, err);
+        return co_sync_refuse(index, prim, pull, "Material", &reason, err);
     }
     set_plain(index, prim, !usable, is_first);
     set_displacement(index, prim, usable ? co_network_displacement(&net.desc) : 0, is_first);

@@ -12,17 +12,18 @@ enum {
                  COHORT_DIRTY_SUBDIV_TAGS | COHORT_DIRTY_DISPLAY_STYLE
 };
 
-static uint32_t material_id(CohortRenderIndex *index, const CoPrim *mesh, const char *path)
+static uint32_t material_id(CohortRenderIndex *index, const CoPrim *mesh, CohortPull *pull,
+                            const char *path)
 {
     if (!path || !path[0] ||
         !index->delegate->settings.values[CO_SETTING_ENABLE_SCENE_MATERIALS].boolean)
         return COHORT_INVALID_ID;
     const CoPrim *material = co_index_find(index, path);
     if (!material || material->type != COHORT_PRIM_MATERIAL) {
-        co_string_map_set(&index->missing, path, 0); // without memory: as if it never came
-        cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_WARNING, mesh->path,
-                                   "material:binding", path,
-                                   "no such material: Lambertian with displayColor");
+        if (!co_string_map_set(&index->missing, path, 0))
+            pull->is_short = true;
+        co_delegate_note(index->delegate, COHORT_SEVERITY_WARNING, mesh->path, "material:binding",
+                         path, "no such material: Lambertian with displayColor");
         return COHORT_INVALID_ID;
     }
     return material->is_plain ? COHORT_INVALID_ID : material->id;
@@ -35,8 +36,8 @@ static const CohortSubsetDesc *resolve_subsets(CohortRenderIndex *index, const C
     CohortSubsetDesc *subsets = cohort_pull_array(pull, source->mesh.subset_count, sizeof *subsets);
     for (size_t i = 0; subsets && i < source->mesh.subset_count; i++) {
         subsets[i] = source->mesh.subsets[i];
-        subsets[i].material =
-            material_id(index, prim, source->subset_materials ? source->subset_materials[i] : NULL);
+        subsets[i].material = material_id(
+            index, prim, pull, source->subset_materials ? source->subset_materials[i] : NULL);
     }
     return subsets;
 }
@@ -60,7 +61,7 @@ static bool set_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
 {
     CohortMeshDesc desc = source->mesh;
     desc.path = prim->path;
-    desc.material = material_id(index, prim, source->material);
+    desc.material = material_id(index, prim, pull, source->material);
     desc.points = NULL;
     if (source->points_sample_count)
         desc.points =
@@ -103,9 +104,8 @@ static void report_coarse(CohortRenderIndex *index, const CoPrim *prim,
                           const CohortMeshSource *source)
 {
     if (prim->displacement && source->mesh.scheme == COHORT_SCHEME_NONE)
-        cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_INFO, prim->path,
-                                   "subdivisionScheme", "none",
-                                   "displaced at the mesh's own points only");
+        co_delegate_note(index->delegate, COHORT_SEVERITY_INFO, prim->path, "subdivisionScheme",
+                         "none", "displaced at the mesh's own points only");
 }
 
 static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull,
@@ -115,11 +115,12 @@ static bool bind_materials(CohortRenderIndex *index, CoPrim *prim, CohortPull *p
     uint32_t *ids = cohort_pull_array(pull, count + 1, sizeof *ids);
     CO_CHECK_MEMORY(ids, reason);
     for (size_t i = 0; i < count; i++)
-        ids[i] =
-            material_id(index, prim, source->subset_materials ? source->subset_materials[i] : NULL);
+        ids[i] = material_id(index, prim, pull,
+                             source->subset_materials ? source->subset_materials[i] : NULL);
     index->counts.bindings_set++;
-    return cohort_scene_set_mesh_materials(
-        index->scene, prim->id, material_id(index, prim, source->material), ids, count, reason);
+    return cohort_scene_set_mesh_materials(index->scene, prim->id,
+                                           material_id(index, prim, pull, source->material), ids,
+                                           count, reason);
 }
 
 // Other subsets are another mesh, whatever the host's bits say.
@@ -153,7 +154,7 @@ static bool sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
     prim->has_geometry =
         prim->scene->get_mesh &&
         prim->scene->get_mesh(prim->scene->cookie, pull, prim->path, &source, &reason) &&
-        apply(index, prim, pull, &source, &reason);
+        !pull->is_short && apply(index, prim, pull, &source, &reason) && !pull->is_short;
     bool is_seen_otherwise = prim->hidden_from != source.hidden_from;
     prim->hidden_from = source.hidden_from;
     if (prim->has_geometry != had_geometry || is_seen_otherwise)
@@ -161,7 +162,7 @@ static bool sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
     if (prim->has_geometry)
         return true;
     cohort_scene_clear_object(index->scene, prim->id);
-    return co_sync_refuse(index, prim, "Mesh", &reason, err);
+    return co_sync_refuse(index, prim, pull, "Mesh", &reason, err);
 }
 
 bool co_sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, CohortError *err)

@@ -113,6 +113,13 @@ static bool copy_options(CohortAdapter *a, const CohortAdapterOptions *options, 
     return true;
 }
 
+static bool is_all_said(const CohortAdapter *a, CohortError *err)
+{
+    CO_CHECK(!co_delegate_has_lost(a->delegate), err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory for the report");
+    return true;
+}
+
 // What composition leaves out is part of the one report, besides going to the client's callback.
 static void report_composition(void *cookie, CohortSeverity severity, const char *file,
                                uint32_t line, uint32_t column, const char *prim_path,
@@ -126,8 +133,7 @@ static void report_composition(void *cookie, CohortSeverity severity, const char
         return;
     char place[512];
     snprintf(place, sizeof place, line ? "%s:%u" : "%s", file ? file : "", line);
-    cohort_delegate_report_add(a->delegate, severity, prim_path ? prim_path : "", "composition",
-                               place, text);
+    co_delegate_note(a->delegate, severity, prim_path ? prim_path : "", "composition", place, text);
 }
 
 static CohortStage *open_stage(CohortAdapter *a, const char *path, CohortError *err)
@@ -135,7 +141,12 @@ static CohortStage *open_stage(CohortAdapter *a, const char *path, CohortError *
     CohortStageOptions options = a->options.stage;
     options.report = report_composition;
     options.cookie = a;
-    return cohort_stage_open(path, &options, err);
+    co_delegate_has_lost(a->delegate); // what was lost before was another's
+    CohortStage *stage = cohort_stage_open(path, &options, err);
+    if (is_all_said(a, stage ? err : NULL))
+        return stage;
+    cohort_stage_destroy(stage);
+    return NULL;
 }
 
 static double choose_time(const CohortAdapter *a)
@@ -251,11 +262,12 @@ static bool set_color_space(CohortAdapter *a, CohortError *err)
 bool cohort_adapter_populate(CohortAdapter *a, CohortError *err)
 {
     CO_CHECK(a->record_count == 0, err, COHORT_ERROR_ARGUMENT, "the stage is in the index already");
+    co_delegate_has_lost(a->delegate);
     if (!co_resolve_settings(a, err) || !set_color_space(a, err) || !co_walk_stage(a, err) ||
-        !co_resolve_camera(a, err) || !add_own_lights(a, err))
+        !is_all_said(a, err) || !co_resolve_camera(a, err) || !add_own_lights(a, err))
         return false;
     co_resolve_size(a);
-    return true;
+    return is_all_said(a, err);
 }
 
 // ---- Time --------------------------------------------------------------------------------------
@@ -364,6 +376,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
     CO_CHECK(a->record_count, err, COHORT_ERROR_ARGUMENT, "the stage is not in the index yet");
     if (time == a->time || (isnan(time) && isnan(a->time)))
         return true;
+    co_delegate_has_lost(a->delegate);
     a->time = time;
     a->resolved.time = time;
     for (size_t i = 0; i < a->record_count; i++) {
@@ -372,7 +385,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
             cohort_render_index_mark_dirty(a->index, a->records[i].path, bits);
     }
     co_resolve_size(a);
-    return true;
+    return is_all_said(a, err);
 }
 
 // ---- Queries -----------------------------------------------------------------------------------

@@ -218,23 +218,25 @@ static const char *needed_primvar(const CohortMaterialNode *node)
     return is_reader && !find_input(node, "fallback") ? varname->string : NULL;
 }
 
-// Lists them once, for the report on meshes that lack them.
-static void note_needs(const Network *net, CoRecord *record)
+// Lists them once, for the report on meshes that lack them: all, or another time.
+static bool note_needs(const Network *net, CoRecord *record)
 {
     CoArena *arena = &net->adapter->arena;
     if (record->needs)
-        return;
-    record->needs = co_arena_array(arena, net->count + 1, sizeof *record->needs);
-    for (size_t i = 0; i < net->count && record->needs; i++) {
+        return true;
+    const char **needs = co_arena_array(arena, net->count + 1, sizeof *needs);
+    CO_CHECK_MEMORY(needs, net->err);
+    size_t count = 0;
+    for (size_t i = 0; i < net->count; i++) {
         const char *name = needed_primvar(&net->nodes[i]);
-        const char *kept = name ? co_arena_string(arena, name, strlen(name)) : NULL;
-        if (kept)
-            record->needs[record->need_count++] = kept;
-        else if (name)
-            CO_FAIL(net->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+        if (!name)
+            continue;
+        needs[count] = co_arena_string(arena, name, strlen(name));
+        CO_CHECK_MEMORY(needs[count++], net->err);
     }
-    if (!record->needs)
-        CO_FAIL(net->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    record->needs = needs;
+    record->need_count = count;
+    return true;
 }
 
 static void report_volume(const CohortAdapter *a, const CohortPrim *material)

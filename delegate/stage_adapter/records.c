@@ -3,6 +3,7 @@
 #include "stage_adapter/adapter.h"
 
 #include "base/error.h"
+#include "index/index.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -10,8 +11,8 @@
 void co_adapter_report(const CohortAdapter *adapter, const CohortPrim *prim, const char *name,
                        const char *value, const char *action)
 {
-    cohort_delegate_report_add(adapter->delegate, COHORT_SEVERITY_WARNING,
-                               prim ? cohort_prim_path(prim) : "", name, value, action);
+    co_delegate_note(adapter->delegate, COHORT_SEVERITY_WARNING, prim ? cohort_prim_path(prim) : "",
+                     name, value, action);
 }
 
 // The path, or the first of "path@2", "path@3" ... that is free: prims of a shared prototype that

@@ -1,13 +1,11 @@
-// How large things are seen: pixels by distance, what lies in the picture, and where a cage is.
+// How large things are seen: pixels by distance, what lies in the picture, where a cage is, and
+// failing allocations.
 
+#include "index_fixture.h"
 #include "prims/dicing.h"
+#include "support/faults.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 // At the origin, looking along -Z with a right angle; 1000 pixels to a unit at distance 1.
 static CoDicing view(bool is_orthographic)
@@ -78,13 +76,36 @@ static void cages_are_measured(void **state)
     }
 }
 
+static void what_is_seen_needs_memory(void **state)
+{
+    assert_int_equal(setup_index(state), 0);
+    insert_prim(COHORT_PRIM_MESH, "/mesh", NULL, 0);
+    assert_true(cohort_delegate_set_double(delegate, "cohort:edgeLength", 1.0, NULL));
+    sync_index();
+    render_index->camera_set = (CohortCameraDesc){.window = {-1, 1, -1, 1}, .clip_near = 0.1f};
+    render_index->has_camera_set = true;
+    const CoPrim *mesh = co_index_find(render_index, "/mesh");
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool ok = co_dicing_update(render_index, 100, &err);
+        test_faults_end(&faults, ok, &err);
+        assert_int_equal(render_index->dicing.view_count, ok ? mesh->id + 1 : 0);
+        assert_true(co_dicing_update(render_index, 100, NULL));
+        assert_true(mesh->view != 0 && (mesh->dirty & COHORT_DIRTY_DISPLAY_STYLE));
+        co_dicing_clear(&render_index->dicing);
+    }
+    assert_int_equal(faults.count, 1);
+    assert_int_equal(teardown_index(state), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pixels_fall_with_distance),
-        cmocka_unit_test(what_is_outside_counts_less),
-        cmocka_unit_test(rows_are_vectors),
-        cmocka_unit_test(cages_are_measured),
+        cmocka_unit_test(pixels_fall_with_distance), cmocka_unit_test(what_is_outside_counts_less),
+        cmocka_unit_test(rows_are_vectors),          cmocka_unit_test(cages_are_measured),
+        cmocka_unit_test(what_is_seen_needs_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

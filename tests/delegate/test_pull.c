@@ -32,10 +32,13 @@ static void test_products_that_overflow_are_refused(void **state)
     assert_null(cohort_pull_array(&pull, SIZE_MAX, 2));
     assert_null(cohort_pull_array(&pull, SIZE_MAX / 4 + 2, 4));
     assert_null(cohort_pull_array(&pull, 1, SIZE_MAX));
+    assert_true(pull.is_short);
+    pull.is_short = false;
     co_memory_fail_after(1);
     assert_null(cohort_pull_array(&pull, 1000, 1000));
     co_memory_fail_after(0);
     assert_non_null(cohort_pull_array(&pull, 1000, 1000));
+    assert_true(pull.is_short); // whatever came after
     co_arena_clear(&pull.arena);
     assert_int_equal(co_memory_live(CO_MEMORY_DELEGATE), 0);
 }
@@ -47,6 +50,7 @@ static void test_nothing_is_something(void **state)
     CohortPull pull = {.arena = {.tag = CO_MEMORY_DELEGATE}};
     assert_non_null(cohort_pull_array(&pull, 0, 8));
     assert_non_null(cohort_pull_array(&pull, 8, 0));
+    assert_false(pull.is_short);
     co_arena_clear(&pull.arena);
 }
 

@@ -1,12 +1,9 @@
 // The pass renders in the background, ends by itself, and begins again where something changed.
 
 #include "pass_fixture.h"
+#include "support/faults.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 static void test_converges_after_one_execute(void **state)
 {
@@ -189,6 +186,21 @@ static void test_nearest_placement_decides(void **state)
     root->instances[0] = near;
 }
 
+static void test_a_pass_needs_memory(void **state)
+{
+    (void)state;
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        CohortRenderPass *second = cohort_render_pass_create(render_index, &err);
+        test_faults_end(&faults, second != NULL, &err);
+        cohort_render_pass_destroy(second);
+        execute_pass();
+    }
+    assert_int_equal(faults.count, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -202,6 +214,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_edge_length_decides_levels, setup_pass, teardown_pass),
         cmocka_unit_test_setup_teardown(test_nearest_placement_decides, setup_pass, teardown_pass),
         cmocka_unit_test_setup_teardown(test_two_passes_take_turns, setup_pass, teardown_pass),
+        cmocka_unit_test_setup_teardown(test_a_pass_needs_memory, setup_pass, teardown_pass),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,7 +18,7 @@ extern "C" {
 
 // Scratch memory of one pull. Everything a callback returns may be put here; it is freed when the
 // prim has been synced. Zeroed, aligned to 16. NULL when out of memory or when the product
-// overflows.
+// overflows; the sync then fails, whatever the callback makes of it.
 typedef struct CohortPull CohortPull;
 void *cohort_pull_array(CohortPull *pull, size_t count, size_t size);
 

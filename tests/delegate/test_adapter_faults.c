@@ -1,0 +1,279 @@
+// Stages that meet a lack of memory: what is done is done whole, what is not is made good
+// (adapter.c, walk.c, network.c, records.c, primvars.c, pull_mesh.c, pull_instancer.c, values.c).
+
+#include "base/hash.h"
+#include "stage_adapter/adapter.h"
+#include "stage_fixture.h"
+#include "support/faults.h"
+
+#include <stdio.h>
+#include <string.h>
+
+// ---- What a host sees --------------------------------------------------------------------------
+
+static uint64_t hash_text(const char *text, uint64_t seed)
+{
+    return co_hash_bytes(text, strlen(text), seed);
+}
+
+static uint64_t hash_material(uint32_t id)
+{
+    if (id == COHORT_INVALID_ID)
+        return 0;
+    const CohortMaterialDesc *m = &fake.materials[id];
+    uint64_t hash = co_hash_combine(m->diffuse_color.kind, m->lookup_count);
+    for (size_t i = 0; i < m->lookup_count; i++)
+        hash = hash_text(fake.texture_paths[fake.lookups[id][i].texture], hash);
+    return co_hash_bytes(m->roughness.value, sizeof m->roughness.value, hash);
+}
+
+// All that is placed in an object, whatever numbers things have got.
+static uint64_t hash_object(const FakeObject *object)
+{
+    uint64_t hash = co_hash_combine(object->is_mesh, object->instance_count);
+    if (object->is_mesh) {
+        hash = hash_text(object->path, hash);
+        hash = co_hash_combine(hash, object->point_count);
+        hash = co_hash_combine(hash, object->primvar_count);
+        hash = co_hash_combine(hash, object->subset_faces);
+        hash = co_hash_combine(hash, hash_material(object->material));
+        hash = co_hash_bytes(object->first_color, sizeof object->first_color, hash);
+        return co_hash_bytes(object->first_point, sizeof object->first_point, hash);
+    }
+    for (size_t i = 0; i < object->instance_count; i++) {
+        const CohortInstanceDesc *d = &object->instances[i];
+        hash = co_hash_bytes(d->transform, sizeof d->transform, hash);
+        hash = co_hash_bytes(object->colors[i], sizeof object->colors[i], hash);
+        hash = co_hash_combine(hash, d->hidden);
+        hash = co_hash_combine(hash, hash_object(&fake.objects[d->object]));
+    }
+    return hash;
+}
+
+static uint64_t hash_scene(void)
+{
+    uint64_t lights = 0;
+    for (uint32_t i = 0; i < fake.light_count; i++)
+        lights += !fake.lights[i].hidden;
+    return co_hash_combine(lights, hash_object(&fake.objects[0]));
+}
+
+static uint64_t hash_report(void)
+{
+    const CohortReportEntry *entries;
+    size_t count = cohort_delegate_report(stage.delegate, &entries);
+    uint64_t hash = count;
+    for (size_t i = 0; i < count; i++) {
+        hash = hash_text(entries[i].prim_path, hash);
+        hash = hash_text(entries[i].name, hash);
+        hash = hash_text(entries[i].action, hash);
+    }
+    return hash;
+}
+
+// ---- A stage with some of everything -----------------------------------------------------------
+
+static const char beginning[] =
+    "class Xform 'P' { float[] primvars:own = [1]; def Mesh 'A' { $triangle } def SphereLight 'SL' "
+    "{} }"
+    "def Xform 'I' (instanceable = true; inherits = </P>) { $at(1,2,3)"
+    "  color3f[] primvars:displayColor = [(1,0,0)] }"
+    "def SphereLight 'L' {} def CylinderLight 'CL' {} def Points 'Dots' {}"
+    "def Camera 'C1' {} def Camera 'C2' {} def Camera 'C3' {} def Camera 'C4' {}"
+    "def Material 'M' { token outputs:surface.connect = </M/S.outputs:surface>;"
+    "  def Shader 'S' { uniform token info:id = 'UsdPreviewSurface';"
+    "    color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>;"
+    "    float inputs:roughness = 0.25; color3f inputs:emissiveColor.connect = </M/R.outputs:r>;"
+    "    token outputs:surface }"
+    "  def Shader 'T' { uniform token info:id = 'UsdUVTexture'; asset inputs:file = @a.png@;"
+    "    token inputs:wrapS = 'odd'; float3 outputs:rgb }"
+    "  def Shader 'R' { uniform token info:id = 'UsdPrimvarReader_float3';"
+    "    string inputs:varname = 'glow'; float3 outputs:r } }"
+    "def Mesh 'B' { $triangle rel material:binding = </M>;"
+    "  color3d[] primvars:displayColor = [(0,0.5,1)]; vector3f[] velocities = [(1,1,1)];"
+    "  def GeomSubset 'G' { int[] indices = [0]; uniform token familyName = 'materialBind';"
+    "    rel material:binding = </Nowhere> } }"
+    "def PointInstancer 'PI' { rel prototypes = [</PI/T>, </PI/None>]; int[] protoIndices = [0, 0];"
+    "  point3f[] positions = [(0,0,0), (4,5,6)]; def Mesh 'T' { $triangle } ";
+
+// Lists so long that each takes memory of its own: points as doubles, and who is invisible.
+static const char *make_body(void)
+{
+    enum {
+        POINTS = 3000,
+        IDS = 9000
+    };
+    static char body[128 * 1024];
+    size_t used = (size_t)snprintf(body, sizeof body, "%sint64[] invisibleIds = [1", beginning);
+    for (int i = 0; i < IDS; i++)
+        used += (size_t)snprintf(body + used, sizeof body - used, ",%d", 5 + i % 5);
+    used += (size_t)snprintf(body + used, sizeof body - used,
+                             "] } def Mesh 'D' { int[] faceVertexCounts = [3];"
+                             "int[] faceVertexIndices = [0,1,2]; point3d[] points = [(7,8,9)");
+    for (int i = 0; i < 2 * POINTS; i++)
+        used += (size_t)snprintf(body + used, sizeof body - used, ",(%d,1,0)", i % 10);
+    used += (size_t)snprintf(body + used, sizeof body - used, "] }");
+    assert_true(used < sizeof body);
+    return body;
+}
+
+enum {
+    MOST = 1 << 14 // bytes that what an adapter keeps for itself never comes to here
+};
+
+static uint64_t whole_scene, whole_report;
+
+// An adapter of the stage that has been written, on a delegate of its own.
+static void open_again(void)
+{
+    fake_reset();
+    stage.delegate = cohort_delegate_create(NULL);
+    stage.index = cohort_render_index_create(stage.delegate, NULL);
+    stage.adapter = cohort_adapter_open(stage.delegate, stage.path, NULL, NULL);
+    assert_non_null(stage.adapter);
+}
+
+static void close_again(void)
+{
+    cohort_adapter_destroy(stage.adapter);
+    cohort_delegate_destroy(stage.delegate);
+    stage.adapter = NULL;
+    stage.delegate = NULL;
+}
+
+static void open_whole(void)
+{
+    open_stage(make_body());
+    whole_scene = hash_scene();
+    whole_report = hash_report();
+    assert_int_equal(fake_mesh("/D")->point_count, 6001);
+    assert_true(is_reported("/B", "primvars:glow"));
+    assert_true(is_reported("/Dots", "Points"));
+    close_again();
+}
+
+static void sync_stage(void)
+{
+    CohortError err = {0};
+    if (!cohort_render_index_sync(stage.index, &err))
+        fail_msg("%s", err.message);
+    assert_int_equal(hash_scene(), whole_scene);
+}
+
+// ---- Tests -------------------------------------------------------------------------------------
+
+static void test_populate(void **state)
+{
+    (void)state;
+    open_whole();
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        open_again();
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool ok = cohort_adapter_populate(stage.adapter, &err);
+        test_faults_end(&faults, ok, &err);
+        if (!ok) {
+            cohort_adapter_destroy(stage.adapter);
+            stage.adapter = cohort_adapter_open(stage.delegate, stage.path, NULL, NULL);
+            assert_true(cohort_adapter_populate(stage.adapter, NULL));
+        }
+        sync_stage();
+        assert_true(!ok || hash_report() == whole_report);
+        close_again();
+    }
+    assert_true(faults.count > 50);
+}
+
+static void test_sync(void **state)
+{
+    (void)state;
+    open_whole();
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        open_again();
+        CohortError err = {0};
+        assert_true(cohort_adapter_populate(stage.adapter, NULL));
+        test_faults_begin(&faults);
+        bool ok = cohort_render_index_sync(stage.index, &err);
+        test_faults_end(&faults, ok, &err);
+        if (!ok)
+            assert_true(cohort_render_index_sync(stage.index, NULL));
+        sync_stage();
+        assert_int_equal(hash_report(), whole_report);
+        close_again();
+    }
+    assert_true(faults.count > 20);
+}
+
+// Whatever does not fit into the memory that the adapter has taken already.
+static void test_the_last_bytes(void **state)
+{
+    (void)state;
+    open_whole();
+    size_t room = 0;
+    for (bool is_done = false; !is_done && room < MOST; room += 16) {
+        open_again();
+        test_arena_leave(&stage.adapter->arena, room);
+        CohortError err = {0};
+        is_done = cohort_adapter_populate(stage.adapter, &err);
+        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        close_again();
+    }
+    assert_true(room > 100 && room < MOST);
+    size_t failures = 0;
+    room = 0;
+    for (bool is_done = false; !is_done && room < MOST; room += 16) {
+        open_again();
+        assert_true(cohort_adapter_populate(stage.adapter, NULL));
+        test_arena_leave(&stage.adapter->arena, room);
+        CohortError err = {0};
+        is_done = cohort_render_index_sync(stage.index, &err);
+        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        failures += !is_done;
+        stage.adapter->arena.limit = 0;
+        sync_stage();
+        assert_int_equal(hash_report(), whole_report);
+        close_again();
+    }
+    assert_true(failures > 1 && room < MOST);
+}
+
+// Options are copied: each text takes memory of its own.
+static void test_open(void **state)
+{
+    (void)state;
+    static char camera[70000], settings[70000], env[70000];
+    memset(camera, 'c', sizeof camera - 1);
+    memset(settings, 's', sizeof settings - 1);
+    memset(env, 'e', sizeof env - 1);
+    const CohortAdapterOptions options = {
+        .camera = camera, .render_settings = settings, .env = env};
+    open_stage("def 'R' (references = @nowhere.usda@) {} def Mesh 'M' { $triangle }");
+    whole_report = hash_report();
+    close_again();
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        fake_reset();
+        stage.delegate = cohort_delegate_create(NULL);
+        stage.index = cohort_render_index_create(stage.delegate, NULL);
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        stage.adapter = cohort_adapter_open(stage.delegate, stage.path, &options, &err);
+        test_faults_end(&faults, stage.adapter != NULL, &err);
+        assert_true(!stage.adapter || hash_report() == whole_report);
+        close_again();
+    }
+    assert_true(faults.count > 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_populate, close_stage),
+        cmocka_unit_test_teardown(test_sync, close_stage),
+        cmocka_unit_test_teardown(test_the_last_bytes, close_stage),
+        cmocka_unit_test_teardown(test_open, close_stage),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
