@@ -46,8 +46,7 @@ typedef struct CoRay {
     uint32_t flags;
     uint32_t extra;   // index into the scene's interned table (optional word)
     uint32_t code[2]; // of dir, from co_ray_snap_direction or a decode; 0 = to be found from dir
-    uint32_t
-        normal_code; // of normal, from co_ray_snap_normal or a decode; 0 = to be found from normal
+    uint32_t normal_code; // of normal, from co_ray_snap_normal or a decode; 0 = to be found
 } CoRay;
 
 // Word layout of a record; 9 words, then optional ones in this order.
@@ -103,15 +102,12 @@ CoVec3 co_ray_decode_direction(const uint32_t *words);
 // What shading asks of a record: all but the direction, pdf and normal; *out has zeros there.
 void co_ray_decode_shading(const uint32_t *words, uint32_t options, CoRay *out);
 
-// What a direction, pdf or normal becomes after a trip through the record. A vertex evaluates with
+// What a pdf, direction or normal becomes after a trip through the record. A vertex evaluates with
 // these, so that both sides of multiple importance sampling see the same numbers.
-CoVec3 co_ray_quantize_direction(CoVec3 dir);
 float co_ray_quantize_pdf(float pdf);
 
 // The code of the decoded direction next to `dir`, for CoRay.code, which saves the encoder the
-// search for it. Not always that of the one that co_ray_quantize_direction gives: several
-// directions of the grid round to the same three floats, and this takes the one nearest to dir. 0:
-// no direction.
+// search for it. 0: no direction.
 static inline CoOct co_ray_nearest_code(CoVec3 dir, uint32_t code[2])
 {
     CoOct nearest;
@@ -127,9 +123,7 @@ static inline CoVec3 co_ray_snap_direction(CoVec3 dir, uint32_t code[2])
     return co_oct_decode(co_ray_nearest_code(dir, code), CO_DIRECTION_MAX);
 }
 
-CoVec3 co_ray_quantize_normal(CoVec3 n);
-
-// The same as co_ray_quantize_normal, with its code for CoRay.normal_code.
+// The same of a normal, with its code for CoRay.normal_code.
 CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code);
 
 // Which of the six bins a direction of the grid is of: +x, -x, +y, -y, +z, -z of its largest

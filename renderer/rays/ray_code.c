@@ -39,13 +39,6 @@ static bool direction_encode(CoVec3 v, CoOct *out)
     return true;
 }
 
-CoVec3 co_ray_quantize_direction(CoVec3 dir)
-{
-    CoOct code;
-    direction_encode(dir, &code);
-    return co_oct_decode(code, CO_DIRECTION_MAX);
-}
-
 void co_ray_find_direction_code(CoVec3 dir, uint32_t code[2])
 {
     CoOct found;
@@ -71,11 +64,6 @@ static CoVec3 normal_decode(uint32_t bits)
     CoOct code = {(int32_t)(bits & 255u) - CO_NORMAL_MAX,
                   (int32_t)(bits >> 8 & 255u) - CO_NORMAL_MAX};
     return co_oct_decode(code, CO_NORMAL_MAX);
-}
-
-CoVec3 co_ray_quantize_normal(CoVec3 n)
-{
-    return normal_decode(co_ray_find_normal_code(n));
 }
 
 CoVec3 co_ray_snap_normal(CoVec3 n, uint32_t *code)

@@ -12,9 +12,9 @@
 // use more exponent bits. A ray that can't be traced (NaN, infinite or negative parts, no
 // direction, a weight above 2.8e14, or 3.4e38 for light rays) gets a record with a NaN origin, so
 // that traversal rejects and counts it. A direction, pdf or normal that has been through
-// co_ray_quantize_* or co_ray_snap_* is stored exactly. normal and pdf are kept for camera and BSDF
-// rays, emitter (24 bits) for light rays. options: which optional words there are; the others are
-// undefined. Every ray is encoded by itself: which others share the queue changes nothing.
+// co_ray_snap_* or co_ray_quantize_pdf is stored exactly. normal and pdf are kept for camera and
+// BSDF rays, emitter (24 bits) for light rays. options: which optional words there are; the others
+// are undefined. Every ray is encoded by itself: which others share the queue changes nothing.
 typedef void CoRayEncodeFn(const CoRayQueue *queue, uint32_t options, CoRayEncoded *out);
 
 // Decodes origin, direction and tnear of places [begin, end) of a batch; tfar is infinity. Place i

@@ -47,10 +47,12 @@ static CoRay make_ray(uint32_t n)
     CoVec3 normal =
         co_normalize(co_vec3(uniform(n, 0) - 0.5f, uniform(n, 1) - 0.5f, uniform(n, 2) - 0.5f));
     CoRay ray = {.org = co_madd(center, normal, 2.0f), .kind = CO_RAY_BSDF, .depth = 2};
-    ray.dir = co_ray_quantize_direction(
-        co_normalize(co_vec3(1.0f, 2.0f * uniform(n, 5) - 1.0f, 2.0f * uniform(n, 6) - 1.0f)));
+    uint32_t code[2]; // the encoder finds it
+    ray.dir = co_ray_snap_direction(
+        co_normalize(co_vec3(1.0f, 2.0f * uniform(n, 5) - 1.0f, 2.0f * uniform(n, 6) - 1.0f)),
+        code);
     ray.weight = co_vec3(uniform(n, 7), uniform(n, 8), 0.5f);
-    ray.normal = co_ray_quantize_normal(normal);
+    ray.normal = co_ray_snap_normal(normal, code);
     ray.pdf = uniform(n, 12);
     ray.path = n;
     ray.width = 0.01f;

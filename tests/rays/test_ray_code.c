@@ -23,10 +23,10 @@ static void check_direction(CoVec3 d)
     double n = sqrt((double)out.dir.x * (double)out.dir.x + (double)out.dir.y * (double)out.dir.y +
                     (double)out.dir.z * (double)out.dir.z);
     assert_true(fabs(n - 1.0) <= 1.1e-7);
-    CoVec3 q = co_ray_quantize_direction(d);
-    assert_memory_equal(&q, &out.dir, sizeof q);
-    CoVec3 again = co_ray_quantize_direction(q);
-    assert_memory_equal(&again, &q, sizeof q);
+    const CoVec3 stored = ray.dir = out.dir; // and stays what it is
+    assert_int_equal(encode(&ray, words), 1);
+    co_ray_decode(words, 0, &out);
+    assert_memory_equal(&out.dir, &stored, sizeof stored);
     // A snapped direction is as close, and what its code stores is the same three floats.
     ray.dir = co_ray_snap_direction(d, ray.code);
     assert_true(angle(d, ray.dir) <= 1.1e-7);
@@ -74,7 +74,8 @@ static void axes_borders_and_folds_are_exact_or_close(void **state)
     for (uint32_t axis = 0; axis < 6; axis++) {
         float s = axis % 2 ? -1.0f : 1.0f;
         CoVec3 d = co_vec3(axis / 2 == 0 ? s : 0, axis / 2 == 1 ? s : 0, axis / 2 == 2 ? s : 0);
-        CoVec3 q = co_ray_quantize_direction(d);
+        uint32_t words[2];
+        CoVec3 q = co_ray_snap_direction(d, words);
         assert_memory_equal(&q, &d, sizeof d);
         CoOct code;
         assert_true(co_oct_nearest(d, CO_DIRECTION_MAX, &code));
@@ -88,12 +89,10 @@ static void normals_and_pdfs_are_projected(void **state)
     uint64_t random = 2;
     double worst = 0;
     for (size_t i = 0; i < 100000; i++) {
-        CoVec3 n = random_direction(&random), q = co_ray_quantize_normal(n);
-        CoVec3 again = co_ray_quantize_normal(q);
-        uint32_t code = 0;
-        CoVec3 snapped = co_ray_snap_normal(n, &code);
-        assert_memory_equal(&snapped, &q, sizeof q);
-        assert_true(code != 0);
+        uint32_t code = 0, same = 0;
+        CoVec3 n = random_direction(&random), q = co_ray_snap_normal(n, &code);
+        CoVec3 again = co_ray_snap_normal(q, &same);
+        assert_true(code != 0 && same != 0);
         assert_memory_equal(&q, &again, sizeof q);
         worst = fmax(worst, angle(n, q));
         float pdf = (float)exp2(62.0 * uniform(&random) - 30.0);
@@ -135,8 +134,8 @@ static void every_field_survives(void **state)
             ray.emitter = (uint32_t)random & 0xffffffu;
         } else {
             ray.pdf = co_ray_quantize_pdf((float)uniform(&random));
-            ray.normal = i % 2 ? co_ray_quantize_normal(random_direction(&random))
-                               : co_ray_snap_normal(random_direction(&random), &ray.normal_code);
+            ray.normal = co_ray_snap_normal(random_direction(&random), &ray.normal_code);
+            ray.normal_code = i % 2 ? ray.normal_code : 0; // which need not be given
         }
         CoRayKey key = {i, 0, 0};
         assert_int_equal(encode_with(co_ray_kernels(NULL), &ray, options, key, words, &overflow),

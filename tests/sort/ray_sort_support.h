@@ -38,8 +38,10 @@ static inline CoRay scene_ray(uint32_t n)
                      10.0f * uniform(sphere, 11)};
     ray.org = sphere < 5 ? co_vec3(100.0f * uniform(n, 3), 40.0f * uniform(n, 4), 0.0f)
                          : co_madd(center, co_normalize(s), 3.0f);
-    ray.dir = co_ray_quantize_direction(
-        co_normalize(co_vec3(1.0f, 2.0f * uniform(n, 5) - 1.0f, 2.0f * uniform(n, 6) - 1.0f)));
+    uint32_t code[2];
+    ray.dir = co_ray_snap_direction(
+        co_normalize(co_vec3(1.0f, 2.0f * uniform(n, 5) - 1.0f, 2.0f * uniform(n, 6) - 1.0f)),
+        code);
     return ray;
 }
 

@@ -24,7 +24,8 @@ static void exact_splits_at_the_median(void **state)
     fill_scene(&batch, 4096, 1);
     for (size_t i = 0; i < 4096; i++) {
         CoVec3 d = co_vec3(0.1f * batch.dir_x[i], 0.1f * batch.dir_y[i], batch.dir_z[i]);
-        d = co_ray_quantize_direction(co_normalize(d));
+        uint32_t code[2];
+        d = co_ray_snap_direction(co_normalize(d), code);
         batch.dir_x[i] = d.x;
         batch.dir_y[i] = d.y;
         batch.dir_z[i] = d.z;
