@@ -66,8 +66,7 @@ bool co_ray_bins_flush(CoRayBins *bins, CohortError *err);
 // ready.
 bool co_ray_bins_pop(CoRayBins *bins, CoRayRecords *out, CohortError *err);
 
-size_t co_ray_bins_ready(const CoRayBins *bins); // batches on the stack
-size_t co_ray_bins_left(const CoRayBins *bins);  // records in files that are not full
+size_t co_ray_bins_left(const CoRayBins *bins); // records in files that are not full
 
 // Takes what is left over all bins: everything at once, in memory, if it is at most one batch, else
 // the fullest file as it is. out->count = 0 when nothing is left.

@@ -99,11 +99,6 @@ bool co_ray_bins_pop(CoRayBins *bins, CoRayRecords *out, CohortError *err)
     return take_file(bins, file, bins->capacity, out, err);
 }
 
-size_t co_ray_bins_ready(const CoRayBins *bins)
-{
-    return bins->ready_depth;
-}
-
 static size_t open_count(const CoRayBins *bins, uint32_t bin)
 {
     CoBinFile *file = atomic_load(&bins->open[bin]);

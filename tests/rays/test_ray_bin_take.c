@@ -11,7 +11,6 @@ static void newest_batch_first_and_files_are_reused(void **state)
     push_serial(bins, 256, 256, 1);
     push_serial(bins, 512, 256, 3);
     assert_true(co_ray_bins_flush(bins, &err));
-    assert_int_equal(co_ray_bins_ready(bins), 3);
     assert_int_equal(co_ray_bins_left(bins), 0);
     assert_true(co_ray_bins_pop(bins, &first, &err));
     assert_int_equal(first.words[0], 512);
