@@ -247,5 +247,4 @@ void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out)
                    array_bytes(shading, shading->own_normals) +
                    array_bytes(shading, shading->normals.values) +
                    array_bytes(shading, shading->normals.indices);
-    out->other = mesh->bytes - out->points - out->topology - out->normals;
 }

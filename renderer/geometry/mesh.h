@@ -48,9 +48,9 @@ bool co_mesh_create(const CohortMeshDesc *desc, CoMesh *out, CoMeshWarnFn *warn,
                     CohortError *err);
 void co_mesh_destroy(CoMesh *mesh);
 
-// Where the bytes of a mesh go; in sum mesh->bytes.
+// Where most bytes of a mesh go: what is left of mesh->bytes are primvars mostly.
 typedef struct CoMeshMemory {
-    size_t points, topology, normals, other; // topology: indices or patches; other: primvars mostly
+    size_t points, topology, normals; // topology: indices or patches
 } CoMeshMemory;
 void co_mesh_memory(const CoMesh *mesh, CoMeshMemory *out);
 

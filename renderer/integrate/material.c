@@ -153,7 +153,6 @@ bool cohort_scene_set_material(CohortScene *scene, uint32_t material,
     }
     co_arena_clear(&scene->materials[material].arena);
     scene->materials[material] = fresh;
-    scene->materials_dirty = true;
     scene->is_committed = false;
     scene->counts.material_builds++;
     return true;

@@ -135,7 +135,7 @@ struct CohortScene {
     uint32_t warning_count, warning_capacity;
     CohortDiagnostic *diagnostics; // the caller's view of `warnings`
     uint32_t diagnostic_capacity;
-    bool materials_dirty, lights_dirty, camera_dirty;
+    bool lights_dirty, camera_dirty;
 
     // Committed.
     CoColor *color;

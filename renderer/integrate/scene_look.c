@@ -115,7 +115,6 @@ bool co_scene_commit_textures(CohortScene *scene, const CohortSceneOptions *opti
     }
     survey_colors(scene);
     survey_materials(scene);
-    scene->materials_dirty = false;
     return true;
 }
 

@@ -213,7 +213,7 @@ bool co_bsdf_sample(const CoBsdf *bsdf, CoVec3 wo, float uc, float u0, float u1,
         return false;
     out->wi = co_neg(wo);
     out->weight = co_scale(co_bsdf_transmittance(bsdf, wo), 1.0f / bsdf->p_through);
-    out->is_delta = out->is_through = true;
+    out->is_delta = true;
     return true;
 }
 

@@ -61,7 +61,6 @@ typedef struct CoBsdfSample {
     CoVec3 wi;
     CoVec3 weight; // delta: f |cos| / pdf; smooth: 0, use co_bsdf_eval with the decoded direction
     bool is_delta;
-    bool is_through; // straight through: keeps the ray's footprint
 } CoBsdfSample;
 
 // Draws a direction: uc picks the lobe, (u0, u1) the direction. False: absorbed.

@@ -176,8 +176,7 @@ static bool value_in_clip(const CohortStage *stage, const CoTimeSamples *samples
 }
 
 typedef struct CoClipWork {
-    const CohortPrim *holder, *prim;
-    const char *name;
+    const CohortPrim *prim;
     const CoClipSet *set;
     const CoTimeSamples **samples; // per clip; NULL: none there
     CoValue missing;               // what a clip without samples says
@@ -236,7 +235,7 @@ static const CoField *field_of_set(const CohortPrim *holder, const CoClipSet *se
                                    const CohortPrim *prim, const char *name)
 {
     const CohortStage *stage = prim->data->stage;
-    CoClipWork work = {holder, prim, name, set, NULL, {.type = COHORT_TYPE_BLOCK}};
+    CoClipWork work = {prim, set, NULL, {.type = COHORT_TYPE_BLOCK}};
     work.samples = co_stage_alloc(stage, set->clip_count, sizeof *work.samples);
     if (!work.samples)
         return NULL;
