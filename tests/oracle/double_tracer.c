@@ -78,8 +78,7 @@ static Vec unit(Vec a)
     return scale(a, 1 / sqrt(dot(a, a)));
 }
 
-// ---- Random numbers: xoshiro256** (Blackman, Vigna 2018), seeded by splitmix64
-// -------------------
+// ---- Random numbers: xoshiro256** (Blackman, Vigna 2018), seeded by splitmix64 ------------------
 
 typedef struct Random {
     uint64_t s[4];
@@ -109,8 +108,7 @@ static double next(Random *r)
     return (double)((five << 7 | five >> 57) * 9 >> 11) * 0x1p-53;
 }
 
-// ---- Tree: halves along the longest axis
-// ---------------------------------------------------------
+// ---- Tree: halves along the longest axis --------------------------------------------------------
 
 static double middle(const Triangle *t, int axis)
 {
@@ -207,8 +205,7 @@ static int trace(Vec org, Vec dir, int left, double *far)
     return hit;
 }
 
-// ---- Paths
-// ---------------------------------------------------------------------------------------
+// ---- Paths --------------------------------------------------------------------------------------
 
 static int sees_light(Vec org, Vec dir, double far)
 {
@@ -267,8 +264,7 @@ static void add_path(double x, double y, Random *r, double sum[3])
     }
 }
 
-// ---- Scene in, blocks out
-// ------------------------------------------------------------------------
+// ---- Scene in, blocks out -----------------------------------------------------------------------
 
 static double number(void)
 {

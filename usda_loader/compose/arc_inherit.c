@@ -131,8 +131,7 @@ void co_arc_inherits(CoIndexer *indexer, uint32_t node, CoArcKind kind)
     }
 }
 
-// ---- Implied classes
-// ------------------------------------------------------------------------------
+// ---- Implied classes ----------------------------------------------------------------------------
 static const CoMap *implied_map(CoIndexer *indexer, const CoMap *transfer, const CoMap *class)
 {
     CoComposer *c = indexer->c;

@@ -38,8 +38,7 @@ void co_arc_variant_sets(CoIndexer *indexer, uint32_t node, bool ancestral)
     }
 }
 
-// ---- Which selection
-// ------------------------------------------------------------------------------
+// ---- Which selection ----------------------------------------------------------------------------
 typedef struct CoSelectionSearch {
     CoIndexer *indexer;
     const char *set;

@@ -68,8 +68,7 @@ static const CoLayerFile *open_clip(CohortStage *stage, const CohortPrim *prim,
     return file;
 }
 
-// ---- Explicit sets
-// ------------------------------------------------------------------------------------
+// ---- Explicit sets ------------------------------------------------------------------------------
 static void sort_clips(CoClip *clips, size_t count)
 {
     for (size_t i = 1; i < count; i++)
@@ -139,8 +138,7 @@ static const char *explicit_set(CohortStage *stage, const CohortPrim *prim, cons
     return NULL;
 }
 
-// ---- Template sets
-// ------------------------------------------------------------------------------------
+// ---- Template sets ------------------------------------------------------------------------------
 // "dir/name.###.usd" or "name.##.##.usd": digits of a time, with those behind the point if there
 // are two runs. False when the pattern is neither.
 static bool expand(const char *pattern, double time, char *out, size_t size)
@@ -207,8 +205,7 @@ static const char *template_set(CohortStage *stage, const CohortPrim *prim, cons
     return set->clip_count ? NULL : "its template matches no file";
 }
 
-// ---- All sets of a prim
-// -------------------------------------------------------------------------------
+// ---- All sets of a prim -------------------------------------------------------------------------
 static bool add_set(CohortStage *stage, const CohortPrim *prim, const char *name, CoClipSet *set)
 {
     *set = (CoClipSet){0};

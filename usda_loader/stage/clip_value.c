@@ -7,8 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-// ---- Where the attribute is in a clip
-// -----------------------------------------------------------------
+// ---- Where the attribute is in a clip -----------------------------------------------------------
 static const CoSpec *descend(const CoSpec *spec, const CoPath *path, const CoPath *top)
 {
     if (path == top || !path->parent)
@@ -45,8 +44,7 @@ static const CoTimeSamples *samples_in(const CoLayerFile *file, const CoClipSet 
     return samples && samples->count ? samples : NULL;
 }
 
-// ---- Times
-// -------------------------------------------------------------------------------------------
+// ---- Times --------------------------------------------------------------------------------------
 static double clip_time(const CoClipSet *set, double time)
 {
     const CoClipTime *times = set->times;
@@ -149,8 +147,7 @@ static void sort_times(CoClipMerge *merge)
     merge->count = kept;
 }
 
-// ---- Values
-// ------------------------------------------------------------------------------------------
+// ---- Values -------------------------------------------------------------------------------------
 static bool value_in_clip(const CohortStage *stage, const CoTimeSamples *samples, double time,
                           CoValue *out)
 {
@@ -255,8 +252,7 @@ static const CoField *field_of_set(const CohortPrim *holder, const CoClipSet *se
     return is_spoken_of ? merge_clips(&work) : NULL;
 }
 
-// ---- Strength
-// ----------------------------------------------------------------------------------------
+// ---- Strength -----------------------------------------------------------------------------------
 // Before which opinion on the prim the set stands: the first that comes from a source which is
 // weaker than the set's where the clips are authored.
 static uint32_t set_rank(const CohortPrim *holder, const CoClipSet *set, const CohortPrim *prim)

@@ -13,8 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-// ---- Opinions
-// -------------------------------------------------------------------------------------
+// ---- Opinions -----------------------------------------------------------------------------------
 static const CoSource *link_sources(CoComposer *c, const CoNode *node)
 {
     if (node->link->sources)
@@ -74,8 +73,7 @@ static CoPrimData *gather_opinions(CohortStage *stage, CohortPrim *prim, const C
     return data;
 }
 
-// ---- What a prim is
-// -------------------------------------------------------------------------------
+// ---- What a prim is -----------------------------------------------------------------------------
 static bool is_directly_inherited(const CoGraph *graph, uint32_t node)
 {
     for (; node != 0; node = graph->nodes[node].parent)
@@ -140,8 +138,7 @@ static void compose_identity(CoPrimData *data, const CoGraph *graph, const CoOrd
         data->flags |= CO_PRIM_ABSTRACT;
 }
 
-// ---- Instances
-// ------------------------------------------------------------------------------------
+// ---- Instances ----------------------------------------------------------------------------------
 static CoInstanceSlot *find_instance(CohortStage *stage, const uint64_t *key, size_t length,
                                      uint64_t hash)
 {
@@ -196,8 +193,7 @@ static CohortPrim *find_prototype(CohortStage *stage, CohortPrim *prim, const Co
     return slot->prim;
 }
 
-// ---- Children
-// -------------------------------------------------------------------------------------
+// ---- Children -----------------------------------------------------------------------------------
 typedef struct CoNameSet {
     const char **slots;
     size_t capacity;

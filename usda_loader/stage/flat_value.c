@@ -13,8 +13,7 @@ void *co_flat_alloc(CoFlattener *flat, size_t count, size_t size)
     return memory;
 }
 
-// ---- Values
-// ---------------------------------------------------------------------------------------
+// ---- Values -------------------------------------------------------------------------------------
 static CohortString flat_asset(CoFlattener *flat, const CohortString *text, const CoSource *source)
 {
     CohortStage *stage = flat->stage->self;
@@ -119,8 +118,7 @@ CoValue co_flat_texts(CoFlattener *flat, CohortType type, const char *const *tex
     return (CoValue){.type = type, .count = 1, .data = op};
 }
 
-// ---- Fields
-// ---------------------------------------------------------------------------------------
+// ---- Fields -------------------------------------------------------------------------------------
 void co_flat_add_field(CoFlattener *flat, CoSpec *out, const char *name, CoValue value)
 {
     CoField *fields = co_flat_alloc(flat, out->field_count + 1, sizeof *fields);
@@ -218,8 +216,7 @@ void co_flat_fields(CoFlattener *flat, CoSpec *out, const CohortPrim *prim, cons
     }
 }
 
-// ---- Paths
-// ----------------------------------------------------------------------------------------
+// ---- Paths --------------------------------------------------------------------------------------
 const char *co_flat_rename(CoFlattener *flat, const char *target)
 {
     if (!flat->renaming)

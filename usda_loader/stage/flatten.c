@@ -11,8 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-// ---- Properties
-// -----------------------------------------------------------------------------------
+// ---- Properties ---------------------------------------------------------------------------------
 static void add_targets(CoFlattener *flat, CoSpec *out, const char *field,
                         const char *const *targets, size_t count)
 {
@@ -156,8 +155,7 @@ static CoSpec *flatten_property(CoFlattener *flat, const CohortPrim *prim, const
     return out;
 }
 
-// ---- Prims
-// ----------------------------------------------------------------------------------------
+// ---- Prims --------------------------------------------------------------------------------------
 static CoSpec *flatten_prim(CoFlattener *flat, const CohortPrim *prim, const CoPath *path);
 
 static void flatten_children(CoFlattener *flat, CoSpec *out, const CohortPrim *prim,

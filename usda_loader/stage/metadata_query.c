@@ -35,8 +35,7 @@ static bool gather(const CohortPrim *prim, const char *property, const char *key
     return true;
 }
 
-// ---- Dictionaries
-// ---------------------------------------------------------------------------------
+// ---- Dictionaries -------------------------------------------------------------------------------
 const CoDict *co_dict_merge(const CohortStage *stage, const CoDict *strong, const CoDict *weak)
 {
     CoDict *out = co_stage_alloc(stage, 1, sizeof *out);
@@ -85,8 +84,7 @@ static CoAnswer merge_all(const CohortStage *stage, const CoFieldStack *stack)
     return (CoAnswer){.data = dict, .count = 1, .type = COHORT_TYPE_DICTIONARY};
 }
 
-// ---- List ops
-// -------------------------------------------------------------------------------------
+// ---- List ops -----------------------------------------------------------------------------------
 static CohortType item_type(CohortType list_op)
 {
     switch ((int)list_op) {

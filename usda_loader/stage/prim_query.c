@@ -8,8 +8,7 @@
 
 #include <string.h>
 
-// ---- Finding
-// --------------------------------------------------------------------------------------
+// ---- Finding ------------------------------------------------------------------------------------
 #define WIDE 16 // with fewer children, looking at each is as fast
 
 // Positions of children by name, plus 1, open addressing; 0 is empty.
@@ -83,8 +82,7 @@ const CohortPrim *cohort_stage_prim(const CohortStage *stage, const char *path)
     return prim;
 }
 
-// ---- What it is
-// -------------------------------------------------------------------------------------
+// ---- What it is ---------------------------------------------------------------------------------
 const char *cohort_prim_name(const CohortPrim *prim)
 {
     return co_prim_name(prim);

@@ -41,8 +41,7 @@ bool co_property_next(CoPropertyWalk *walk)
     return false;
 }
 
-// ---- Names
-// ----------------------------------------------------------------------------------------
+// ---- Names --------------------------------------------------------------------------------------
 static bool is_digit(char c)
 {
     return c >= '0' && c <= '9';
@@ -252,8 +251,7 @@ bool cohort_prim_origin(const CohortPrim *prim, const char *property, const char
     return true;
 }
 
-// ---- Opinions
-// -------------------------------------------------------------------------------------
+// ---- Opinions -----------------------------------------------------------------------------------
 static bool is_known_above(const CohortPrim *prim, const CoSource *source)
 {
     const CoPrimData *above = prim->data->above;

@@ -13,8 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-// ---- Opening
-// --------------------------------------------------------------------------------------
+// ---- Opening ------------------------------------------------------------------------------------
 static bool open_root(CohortStage *stage, const char *path)
 {
     CoComposer *c = &stage->composer;
@@ -85,8 +84,7 @@ void cohort_stage_destroy(CohortStage *stage)
     co_free(CO_MEMORY_USDA, stage, sizeof *stage);
 }
 
-// ---- Stage metadata
-// -------------------------------------------------------------------------------
+// ---- Stage metadata -----------------------------------------------------------------------------
 static const CoField *stage_field(const CohortStage *stage, const char *name)
 {
     const char *token = co_token(name, strlen(name));
