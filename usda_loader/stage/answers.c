@@ -24,7 +24,19 @@ void co_stage_unlock(const CohortStage *stage)
 
 void *co_stage_alloc(const CohortStage *stage, size_t count, size_t size)
 {
-    return co_arena_array(&mutable_stage(stage)->answers_arena, count, size);
+    CohortStage *own = mutable_stage(stage);
+    void *array = co_arena_array(&own->answers_arena, count, size);
+    own->is_short = own->is_short || !array;
+    return array;
+}
+
+bool cohort_stage_ran_short(const CohortStage *stage)
+{
+    co_stage_lock(stage);
+    bool is_short = stage->is_short;
+    mutable_stage(stage)->is_short = false;
+    co_stage_unlock(stage);
+    return is_short;
 }
 
 static bool is_same(const CoQueryKey *a, const CoQueryKey *b)

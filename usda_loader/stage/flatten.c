@@ -263,7 +263,8 @@ bool cohort_stage_flatten(const CohortStage *stage, const char *out, CohortError
     CoFlattener flat = {.stage = stage, .layer.arena.tag = CO_MEMORY_USDA};
     flat.layer.path = "";
     co_path_table_init(&flat.paths, &flat.layer.arena);
-    bool ok = flatten_guarded(&flat);
+    cohort_stage_ran_short(stage); // before: what counts is what it lacks from here on
+    bool ok = flatten_guarded(&flat) && !cohort_stage_ran_short(stage);
     if (ok)
         ok = co_layer_write(&flat.layer, out, err);
     else

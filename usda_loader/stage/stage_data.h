@@ -110,6 +110,7 @@ struct CohortStage {
     size_t share_count, share_capacity;
     pthread_mutex_t lock; // guards all below
     CoArena answers_arena;
+    bool is_short; // a query has found no memory
     CoAnswerSlot *answers;
     size_t answer_count, answer_capacity;
     const CohortChange *changes; // since the stage this one was reloaded from

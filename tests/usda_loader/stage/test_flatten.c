@@ -1,5 +1,8 @@
 // A flattened stage says, in one layer, what the composed one says. Also tests flat_value.c.
 
+#include "stage/stage_data.h"
+#include "support/faults.h"
+#include "support/files.h"
 #include "usda_loader/stage/memory_files.h"
 
 #include <stdlib.h>
@@ -126,6 +129,63 @@ static void values_of_another_type_are_kept(void **state)
     cohort_stage_destroy(stage);
 }
 
+static char *flat_text(const CohortStage *stage, CohortError *err)
+{
+    char path[] = "/tmp/cohort_flat_XXXXXX.usda";
+    int fd = mkstemps(path, 5);
+    assert_true(fd >= 0);
+    close(fd);
+    unlink(path);
+    bool ok = cohort_stage_flatten(stage, path, err);
+    size_t size;
+    char *text = test_read_file(path, &size);
+    assert_true(ok == (text != NULL)); // a file is whole or not there
+    unlink(path);
+    return text;
+}
+
+static void memory_short_is_an_error(void **state)
+{
+    (void)state;
+    CohortError err = {0};
+    MemoryFiles files = FILES(typed);
+    CohortStage *stage = memory_stage(&files, NULL, NULL);
+    char *whole = flat_text(stage, &err);
+    assert_non_null(whole);
+    cohort_stage_destroy(stage);
+    size_t room = 0;
+    for (bool is_done = false; !is_done; room += 16) {
+        err = (CohortError){0};
+        stage = memory_stage(&files, NULL, NULL);
+        test_arena_leave(&stage->answers_arena, room);
+        char *text = flat_text(stage, &err);
+        is_done = text != NULL;
+        assert_int_equal(err.code, text ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        if (text)
+            assert_string_equal(text, whole);
+        free(text);
+        stage->answers_arena.limit = 0;
+        text = flat_text(stage, NULL);
+        assert_string_equal(text, whole);
+        free(text);
+        cohort_stage_destroy(stage);
+    }
+    assert_true(room > 100);
+    stage = memory_stage(&files, NULL, NULL);
+    free(flat_text(stage, NULL)); // all answers are there then
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        err = (CohortError){0};
+        test_faults_begin(&faults);
+        char *text = flat_text(stage, &err);
+        test_faults_end(&faults, text != NULL, &err);
+        free(text);
+    }
+    assert_true(faults.count > 0);
+    cohort_stage_destroy(stage);
+    free(whole);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -133,6 +193,7 @@ int main(void)
         cmocka_unit_test(values_of_another_type_are_kept),
         cmocka_unit_test(instances_are_told_under_their_own_names),
         cmocka_unit_test(a_full_disk_is_an_error),
+        cmocka_unit_test(memory_short_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

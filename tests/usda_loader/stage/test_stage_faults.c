@@ -2,6 +2,8 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "stage/stage_data.h"
+#include "support/faults.h"
 #include "support/files.h"
 #include "usda_loader/stage/usda_stage_fixture.h"
 
@@ -72,6 +74,31 @@ static void every_allocation_may_fail(void **state)
         size_t settled = co_memory_live(CO_MEMORY_USDA);
         open_and_visit(path);
         assert_int_equal(co_memory_live(CO_MEMORY_USDA), settled);
+    }
+}
+
+// What a query could not work out it says so of, and the same query says it all the next time.
+static void queries_that_run_short_say_so(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < NAME_COUNT; i++) {
+        char path[1024];
+        snprintf(path, sizeof path, DATA "%s", names[i]);
+        size_t whole = open_and_visit(path), room = 0;
+        for (bool is_short = true; is_short; room += 112) {
+            CohortStage *stage = cohort_stage_open(path, NULL, NULL);
+            assert_non_null(stage);
+            test_arena_leave(&stage->answers_arena, room);
+            size_t seen = visit(cohort_stage_root(stage), 3.5);
+            is_short = cohort_stage_ran_short(stage);
+            assert_true(is_short || seen == whole);
+            assert_false(cohort_stage_ran_short(stage));
+            stage->answers_arena.limit = 0;
+            assert_int_equal(visit(cohort_stage_root(stage), 3.5), whole);
+            assert_false(cohort_stage_ran_short(stage));
+            cohort_stage_destroy(stage);
+        }
+        assert_true(room > 1000);
     }
 }
 
@@ -178,6 +205,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_allocation_may_fail),
+        cmocka_unit_test(queries_that_run_short_say_so),
         cmocka_unit_test(flipped_bytes_are_survived),
         cmocka_unit_test(readers_do_not_disturb_each_other),
         cmocka_unit_test(real_stages_open),

@@ -194,6 +194,10 @@ CohortStage *cohort_stage_open(const char *path, const CohortStageOptions *optio
                                CohortError *err);
 void cohort_stage_destroy(CohortStage *stage); // NULL is allowed
 
+// Whether a query has found no memory since this was asked last: what it said then may lack what is
+// there. Nothing of it is kept; the same query may be made again.
+bool cohort_stage_ran_short(const CohortStage *stage);
+
 // Opens the stage again, with the same options, and finds out what has become different; layers
 // that have not changed on disk are not read again. `stage` stays as it is and is still the
 // caller's; the new stage holds the list of changes. NULL when the root layer cannot be read any
