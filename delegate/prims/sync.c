@@ -25,6 +25,26 @@ size_t co_sync_nearest(const double *first_time, size_t count, size_t stride)
     return best;
 }
 
+static bool ran_short(const CoPrim *prim)
+{
+    return prim->scene->ran_short && prim->scene->ran_short(prim->scene->cookie);
+}
+
+void co_sync_begin(CohortRenderIndex *index, const CoPrim *prim)
+{
+    ran_short(prim);
+    co_delegate_has_lost(index->delegate);
+}
+
+bool co_sync_is_whole(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
+                      CohortError *err)
+{
+    bool has_lost = co_delegate_has_lost(index->delegate), is_short = ran_short(prim);
+    CO_CHECK(!has_lost && !is_short && !pull->is_short, err, COHORT_ERROR_OUT_OF_MEMORY,
+             "out of memory");
+    return true;
+}
+
 bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
                     const char *what, CohortError *reason, CohortError *err)
 {
@@ -33,20 +53,14 @@ bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const CohortPu
             *err = *reason;
         return false;
     }
-    CO_CHECK(!pull->is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    if (!co_sync_is_whole(index, prim, pull, err))
+        return false;
     char action[320];
     snprintf(action, sizeof action, "left out: %s",
              reason->message[0] ? reason->message : "the scene delegate gave no reason");
     bool ok = cohort_delegate_report_add(index->delegate, COHORT_SEVERITY_WARNING, prim->path, what,
                                          "", action);
     return ok || CO_FAIL(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-}
-
-bool co_sync_is_whole(CohortRenderIndex *index, const CohortPull *pull, CohortError *err)
-{
-    bool has_lost = co_delegate_has_lost(index->delegate);
-    CO_CHECK(!has_lost && !pull->is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    return true;
 }
 
 static bool is_finite_matrix(const double m[4][4])
@@ -170,8 +184,9 @@ static bool sync_type(CohortRenderIndex *index, CohortPrimType type, CohortError
         if (!prim || prim->type != type || !prim->dirty)
             continue;
         CoArenaMark mark = co_arena_mark(&pull.arena);
+        co_sync_begin(index, prim);
         ok = (!co_is_stopped(stop) || CO_FAIL(err, COHORT_ERROR_CANCELLED, "stopped")) &&
-             sync_prim(index, prim, &pull, err) && co_sync_is_whole(index, &pull, err);
+             sync_prim(index, prim, &pull, err) && co_sync_is_whole(index, prim, &pull, err);
         co_arena_rewind(&pull.arena, mark);
         if (ok) {
             count_bits(index, prim);
@@ -187,7 +202,6 @@ bool cohort_render_index_pull(CohortRenderIndex *index, CohortError *err)
     if (!co_index_is_dirty(index))
         return true;
     co_render_thread_drop(index->delegate->thread);
-    co_delegate_has_lost(index->delegate); // before this sync: that was said
     double start = co_clock_seconds();
     if (index->materials_changed)
         cohort_render_index_mark_all_dirty(index, COHORT_PRIM_MESH, COHORT_DIRTY_MATERIAL_ID);

@@ -16,8 +16,12 @@ size_t co_sync_nearest(const double *first_time, size_t count, size_t stride);
 bool co_sync_refuse(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
                     const char *what, CohortError *reason, CohortError *err);
 
-// Whether nothing that was pulled, or said of it, was lost for want of memory.
-bool co_sync_is_whole(CohortRenderIndex *index, const CohortPull *pull, CohortError *err);
+// Before a prim is pulled: what was lost for want of memory until then was said.
+void co_sync_begin(CohortRenderIndex *index, const CoPrim *prim);
+
+// Whether nothing that was pulled of it since, or said of it, was lost.
+bool co_sync_is_whole(CohortRenderIndex *index, const CoPrim *prim, const CohortPull *pull,
+                      CohortError *err);
 
 // Pulls transform and visibility if their bits are set; *changed is raised when one differs.
 bool co_sync_placement(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, bool *changed,

@@ -110,10 +110,11 @@ static bool add_instancer(CohortRenderIndex *index, InstanceList *list, const Co
 {
     CohortError reason = {0};
     CohortInstancerSource source = {0};
+    co_sync_begin(index, prim);
     if (prim->scene->get_instancer &&
         prim->scene->get_instancer(prim->scene->cookie, pull, prim->path, &source, &reason) &&
         add_placements(index, list, prim, pull, &source, &reason))
-        return true;
+        return co_sync_is_whole(index, prim, pull, err);
     return co_sync_refuse(index, prim, pull, "PointInstancer", &reason, err);
 }
 
@@ -139,7 +140,6 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
         ok = co_sync_refuse(index, first, &pull, "group", &reason, err);
         cohort_scene_clear_object(index->scene, container->object);
     }
-    ok = ok && co_sync_is_whole(index, &pull, err);
     co_arena_clear(&pull.arena);
     index->counts.groups_set++;
     index->needs_commit = true;

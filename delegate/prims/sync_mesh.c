@@ -154,7 +154,8 @@ static bool sync_mesh(CohortRenderIndex *index, CoPrim *prim, CohortPull *pull, 
     prim->has_geometry =
         prim->scene->get_mesh &&
         prim->scene->get_mesh(prim->scene->cookie, pull, prim->path, &source, &reason) &&
-        !pull->is_short && apply(index, prim, pull, &source, &reason) && !pull->is_short;
+        co_sync_is_whole(index, prim, pull, &reason) &&
+        apply(index, prim, pull, &source, &reason) && co_sync_is_whole(index, prim, pull, &reason);
     bool is_seen_otherwise = prim->hidden_from != source.hidden_from;
     prim->hidden_from = source.hidden_from;
     if (prim->has_geometry != had_geometry || is_seen_otherwise)

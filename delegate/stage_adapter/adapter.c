@@ -113,10 +113,25 @@ static bool copy_options(CohortAdapter *a, const CohortAdapterOptions *options, 
     return true;
 }
 
-static bool is_all_said(const CohortAdapter *a, CohortError *err)
+static bool ran_short(void *cookie)
 {
-    CO_CHECK(!co_delegate_has_lost(a->delegate), err, COHORT_ERROR_OUT_OF_MEMORY,
-             "out of memory for the report");
+    const CohortAdapter *a = cookie;
+    return cohort_stage_ran_short(a->stage);
+}
+
+// Forgets what was lost for want of memory before: that was another's.
+static void begin(const CohortAdapter *a)
+{
+    co_delegate_has_lost(a->delegate);
+    if (a->stage)
+        cohort_stage_ran_short(a->stage);
+}
+
+// Whether the stage said all there is since then, and the report got it.
+static bool is_whole(const CohortAdapter *a, CohortError *err)
+{
+    bool has_lost = co_delegate_has_lost(a->delegate), is_short = cohort_stage_ran_short(a->stage);
+    CO_CHECK(!has_lost && !is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     return true;
 }
 
@@ -141,12 +156,7 @@ static CohortStage *open_stage(CohortAdapter *a, const char *path, CohortError *
     CohortStageOptions options = a->options.stage;
     options.report = report_composition;
     options.cookie = a;
-    co_delegate_has_lost(a->delegate); // what was lost before was another's
-    CohortStage *stage = cohort_stage_open(path, &options, err);
-    if (is_all_said(a, stage ? err : NULL))
-        return stage;
-    cohort_stage_destroy(stage);
-    return NULL;
+    return cohort_stage_open(path, &options, err);
 }
 
 static double choose_time(const CohortAdapter *a)
@@ -176,15 +186,19 @@ CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
                                      .get_visible = pull_visible,
                                      .get_light = co_pull_light,
                                      .get_camera = co_pull_camera,
-                                     .get_material = co_pull_material};
+                                     .get_material = co_pull_material,
+                                     .ran_short = ran_short};
+    begin(a);
     if (copy_options(a, options, err))
         a->stage = open_stage(a, path, err);
-    if (!a->stage) {
+    if (a->stage) {
+        cohort_stage_info(a->stage, &a->info);
+        a->time = choose_time(a);
+    }
+    if (!a->stage || !is_whole(a, err)) {
         cohort_adapter_destroy(a);
         return NULL;
     }
-    cohort_stage_info(a->stage, &a->info);
-    a->time = choose_time(a);
     return a;
 }
 
@@ -262,12 +276,17 @@ static bool set_color_space(CohortAdapter *a, CohortError *err)
 bool cohort_adapter_populate(CohortAdapter *a, CohortError *err)
 {
     CO_CHECK(a->record_count == 0, err, COHORT_ERROR_ARGUMENT, "the stage is in the index already");
-    co_delegate_has_lost(a->delegate);
-    if (!co_resolve_settings(a, err) || !set_color_space(a, err) || !co_walk_stage(a, err) ||
-        !is_all_said(a, err) || !co_resolve_camera(a, err) || !add_own_lights(a, err))
+    CohortError why = {0};
+    begin(a);
+    bool ok = co_resolve_settings(a, &why) && set_color_space(a, &why) && co_walk_stage(a, &why);
+    if (!is_whole(a, err)) // whatever was made of what the stage could not say
         return false;
-    co_resolve_size(a);
-    return is_all_said(a, err);
+    ok = ok && co_resolve_camera(a, &why) && add_own_lights(a, &why);
+    if (ok)
+        co_resolve_size(a);
+    else if (err && err->code == COHORT_OK)
+        *err = why;
+    return ok && is_whole(a, err);
 }
 
 // ---- Time --------------------------------------------------------------------------------------
@@ -376,7 +395,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
     CO_CHECK(a->record_count, err, COHORT_ERROR_ARGUMENT, "the stage is not in the index yet");
     if (time == a->time || (isnan(time) && isnan(a->time)))
         return true;
-    co_delegate_has_lost(a->delegate);
+    begin(a);
     a->time = time;
     a->resolved.time = time;
     for (size_t i = 0; i < a->record_count; i++) {
@@ -385,7 +404,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
             cohort_render_index_mark_dirty(a->index, a->records[i].path, bits);
     }
     co_resolve_size(a);
-    return is_all_said(a, err);
+    return is_whole(a, err);
 }
 
 // ---- Queries -----------------------------------------------------------------------------------

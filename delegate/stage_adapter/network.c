@@ -263,10 +263,12 @@ bool co_pull_material(void *cookie, CohortPull *pull, const char *path, CohortMa
     out->surface = output ? find_terminal(&net, record->prim, output) : -1;
     out->displacement = find_terminal(&net, record->prim, "outputs:displacement");
     report_volume(a, record->prim);
-    note_needs(&net, &a->records[record - a->records]);
+    CO_CHECK(!cohort_stage_ran_short(a->stage), err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    // Nodes that lack inputs for want of memory do not say what they need.
+    bool ok = own.code == COHORT_OK && note_needs(&net, &a->records[record - a->records]);
     out->nodes = net.nodes;
     out->node_count = net.count;
-    if (own.code != COHORT_OK && err)
+    if (!ok && err)
         *err = own;
-    return own.code == COHORT_OK;
+    return ok;
 }

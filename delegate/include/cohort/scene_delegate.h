@@ -136,6 +136,10 @@ typedef struct CohortSceneDelegate {
     bool (*get_camera)(void *cookie, const char *path, CohortCameraSource *out, CohortError *err);
     bool (*get_material)(void *cookie, CohortPull *pull, const char *path,
                          CohortMaterialNetwork *out, CohortError *err);
+    // Whether a callback has found no memory for something since this was asked last, for hosts
+    // that cannot say so where it happens. Asked before and after each prim: the sync fails with
+    // COHORT_ERROR_OUT_OF_MEMORY if it is true after, and the prim stays dirty. NULL: never.
+    bool (*ran_short)(void *cookie);
 } CohortSceneDelegate;
 
 #ifdef __cplusplus
