@@ -89,10 +89,14 @@ static inline void test_arena_leave(CoArena *arena, size_t room)
     assert_non_null(co_arena_bytes(arena, 1, 1));
     arena->limit = arena->total;
     CoArenaMark before = co_arena_mark(arena);
-    while (co_arena_bytes(arena, 1, 1))
-        ;
+    const size_t piece = 512, gap = 32;
+    for (size_t size = piece; size > 0; size = size > 1 ? 1 : 0)
+        while (co_arena_bytes(arena, size, 1))
+            ;
     size_t end = co_arena_mark(arena).used;
     co_arena_rewind(arena, before);
+    while (co_arena_mark(arena).used + room + piece + gap < end)
+        assert_non_null(co_arena_bytes(arena, piece, 1));
     while (co_arena_mark(arena).used + room < end && co_arena_bytes(arena, 1, 1))
         ;
 }

@@ -91,8 +91,10 @@ static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char
 {
     if (!parent || !name)
         return NULL;
-    if (2 * (size_t)table->count >= table->capacity && !grow(table))
+    if (2 * (size_t)table->count >= table->capacity && !grow(table)) {
+        table->is_short = true;
         return NULL;
+    }
     CoPathSlot *slot = find_slot(table, parent, name, selection);
     if (slot->number)
         return path_of(table, slot->number);
@@ -104,6 +106,7 @@ static const CoPath *intern(CoPathTable *table, const CoPath *parent, const char
     if (!prim && (selection || parent->prim != parent))
         return NULL;
     CoPath *path = push_path(table);
+    table->is_short = table->is_short || !path;
     if (!path)
         return NULL;
     *path = (CoPath){.parent = parent,

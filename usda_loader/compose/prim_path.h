@@ -37,6 +37,7 @@ typedef struct CoPathTable {
     const struct CoMap *identity;       // made when first asked for
     struct CoComposition *compositions; // of large maps: open addressing (map.c)
     size_t composition_count, composition_capacity;
+    bool is_short; // memory for a path was refused
 } CoPathTable;
 
 void co_path_table_init(CoPathTable *table, CoArena *arena);

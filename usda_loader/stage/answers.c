@@ -14,7 +14,9 @@ static CohortStage *mutable_stage(const CohortStage *stage)
 
 void co_stage_lock(const CohortStage *stage)
 {
-    pthread_mutex_lock(&mutable_stage(stage)->lock);
+    CohortStage *own = mutable_stage(stage);
+    pthread_mutex_lock(&own->lock);
+    own->refusals_before = own->refusals;
 }
 
 void co_stage_unlock(const CohortStage *stage)
@@ -26,15 +28,16 @@ void *co_stage_alloc(const CohortStage *stage, size_t count, size_t size)
 {
     CohortStage *own = mutable_stage(stage);
     void *array = co_arena_array(&own->answers_arena, count, size);
-    own->is_short = own->is_short || !array;
+    own->refusals += !array;
     return array;
 }
 
 bool cohort_stage_ran_short(const CohortStage *stage)
 {
+    CohortStage *own = mutable_stage(stage);
     co_stage_lock(stage);
-    bool is_short = stage->is_short;
-    mutable_stage(stage)->is_short = false;
+    bool is_short = own->refusals != own->told;
+    own->told = own->refusals;
     co_stage_unlock(stage);
     return is_short;
 }
@@ -83,6 +86,8 @@ const CoAnswer *co_stage_keep_answer(const CohortStage *stage, const CoQueryKey 
                                      const CoAnswer *answer)
 {
     CohortStage *own = mutable_stage(stage);
+    if (own->refusals != own->refusals_before)
+        return NULL;
     if (2 * own->answer_count >= own->answer_capacity && !grow(own))
         return NULL;
     CoAnswerSlot *slot = find_slot(own->answers, own->answer_capacity, key);

@@ -38,8 +38,10 @@ bool co_asset_locate(CohortStage *stage, const CoSource *source, const CohortStr
 {
     // Anchoring may intern and evaluate, which the composer does in its own memory.
     CoComposer *c = &stage->composer;
-    if (setjmp(c->escape) != 0)
+    if (setjmp(c->escape) != 0) {
+        stage->refusals++;
         return false;
+    }
     const char *why;
     const char *authored = co_expression_evaluate(c, source->stack->variables, text->text, &why);
     out->authored = authored ? authored : text->text;

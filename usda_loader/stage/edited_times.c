@@ -50,6 +50,7 @@ size_t co_prim_edited_times(const CohortPrim *prim, const char *token, const dou
     co_stage_lock(stage);
     const CoAnswer *known = co_stage_find_answer(stage, &key);
     CoAnswer answer = known ? *known : (CoAnswer){0};
+    uint64_t refusals = stage->refusals;
     co_stage_unlock(stage);
     if (!known) {
         // Walking takes the lock where there are clips.
@@ -67,7 +68,8 @@ size_t co_prim_edited_times(const CohortPrim *prim, const char *token, const dou
                 all[answer.count++] = all[i];
         answer.data = all;
         co_stage_lock(stage);
-        co_stage_keep_answer(stage, &key, &answer);
+        if (stage->refusals == refusals) // nor while it was walked
+            co_stage_keep_answer(stage, &key, &answer);
         co_stage_unlock(stage);
     }
     *times = answer.data;

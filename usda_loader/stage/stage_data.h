@@ -110,7 +110,8 @@ struct CohortStage {
     size_t share_count, share_capacity;
     pthread_mutex_t lock; // guards all below
     CoArena answers_arena;
-    bool is_short; // a query has found no memory
+    uint64_t refusals, told;  // of memory to queries; of these cohort_stage_ran_short has told
+    uint64_t refusals_before; // whoever has the lock took it
     CoAnswerSlot *answers;
     size_t answer_count, answer_capacity;
     const CohortChange *changes; // since the stage this one was reloaded from
@@ -144,7 +145,8 @@ void co_prim_renaming(const CohortPrim *prim, const CoPath **from, const CohortP
 
 // ---- Answers ------------------------------------------------------------------------------------
 // Queries that need memory: lock, look up, else work out in the arena and keep. `lock` is not
-// recursive. All of these are called with the lock held, but for the first.
+// recursive. All of these are called with the lock held, but for the first. Nothing is kept of what
+// was worked out after memory was refused in the same hold: it may lack something.
 void co_stage_lock(const CohortStage *stage);
 void co_stage_unlock(const CohortStage *stage);
 const CoAnswer *co_stage_find_answer(const CohortStage *stage, const CoQueryKey *key);

@@ -45,6 +45,9 @@ static bool translate(void *context, const CohortString *in, CohortString *out)
     bool malformed;
     const CoPath *path = co_path_parse(paths, in->text, length, &paths->root, &malformed);
     path = path ? co_map_to_target(paths, at->source->to_root, path) : NULL;
+    if (!path && paths->is_short)
+        stage->refusals++;
+    paths->is_short = false;
     if (!path)
         return false;
     // The map leads to where the data was composed; from there to this prim.
