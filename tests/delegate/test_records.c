@@ -2,14 +2,8 @@
 
 #include "stage_fixture.h"
 
-#include "base/memory.h"
 #include "stage_adapter/adapter.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "support/faults.h"
 
 static const char body[] = "def Mesh 'M' { $triangle } def Xform 'X' {} def Material 'A' {}";
 
@@ -78,6 +72,14 @@ static void test_allocation_failures(void **state)
     assert_non_null(record);
     assert_string_equal(record->path, "/new");
     assert_true(failures > 0);
+    // Nor does the number of a taken one.
+    CohortError err = {0};
+    test_arena_leave(&stage.adapter->arena, 0);
+    assert_null(add("/new", &err));
+    assert_int_equal(err.code, COHORT_ERROR_OUT_OF_MEMORY);
+    assert_int_equal(stage.adapter->record_count, before + 1);
+    stage.adapter->arena.limit = 0;
+    assert_string_equal(add("/new", NULL)->path, "/new@2");
 }
 
 int main(void)
