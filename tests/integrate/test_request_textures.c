@@ -1,8 +1,7 @@
 // Texture lookups of a batch: as many as hits ask for, made once, and none where memory gives out.
 
+#include "support/faults.h"
 #include "support/scenes.h"
-
-#include "base/memory.h"
 
 #include <math.h>
 
@@ -105,11 +104,39 @@ static void rounds_go_on_after_failures(void **state)
     cohort_scene_destroy(scene);
 }
 
+// The same of each allocation alone, whether the round can do without or not.
+static void one_refusal_changes_nothing(void **state)
+{
+    (void)state;
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CohortError err = {0};
+        CohortScene *scene = textured_quad(2);
+        CohortRenderSettings alone = settings;
+        alone.threads = 1;
+        CohortRender *render = cohort_render_create(scene, &alone, &err);
+        assert_non_null(render);
+        test_faults_begin(&faults);
+        bool ok = cohort_render_round(render, &err);
+        test_faults_end(&faults, ok, &err);
+        err = (CohortError){0};
+        while (!cohort_render_is_done(render))
+            TEST_OK(cohort_render_round(render, &err), &err);
+        float pixels[4 * 64];
+        assert_true(cohort_render_aov(render, COHORT_AOV_COLOR, pixels));
+        assert_is_fallback(pixels);
+        cohort_render_destroy(render);
+        cohort_scene_destroy(scene);
+    }
+    assert_true(faults.count > 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_hit_asks_once),
         cmocka_unit_test(rounds_go_on_after_failures),
+        cmocka_unit_test(one_refusal_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
