@@ -1,10 +1,12 @@
 // Scenes and renders that run out of memory: whichever allocation fails, it is said, nothing stays
 // behind, and what comes next finds the scene in order (scene.c, material.c, scene_displace.c,
-// scene_commit.c, render.c).
+// scene_commit.c, scene_look.c, render.c).
 
 #include "base/memory.h"
+#include "base/parallel.h"
 #include "integrate/scene_data.h"
 #include "support/faults.h"
+#include "support/files.h"
 #include "support/scenes.h"
 
 #include <math.h>
@@ -226,6 +228,75 @@ static void warnings_are_those_of_the_commit(void **state)
     cohort_scene_destroy(scene);
 }
 
+// A wall that glows by an image, under a dome of the same.
+static CohortScene *lit_scene(const char *image, CohortError *err)
+{
+    CohortScene *scene = test_scene(err);
+    CohortTextureDesc texture = {.path = image, .color_space = COHORT_COLOR_SRGB};
+    CohortLookupDesc lookup = {.texture = cohort_scene_new_texture(scene, &texture, err),
+                               .st_fallback = {0.25f, 0.5f}};
+    CohortMaterialDesc desc = cohort_material_default();
+    desc.emissive_color.kind = COHORT_INPUT_TEXTURE;
+    desc.lookups = &lookup;
+    desc.lookup_count = 1;
+    uint32_t material = cohort_scene_new_material(scene, err);
+    TEST_OK(cohort_scene_set_material(scene, material, &desc, err), err);
+    CohortInstanceDesc wall;
+    test_wall(scene, &wall, 2.0, 0.0, material, err);
+    TEST_OK(cohort_scene_set_group(scene, 0, &wall, 1, err), err);
+    CohortLightDesc dome = cohort_light_default(COHORT_LIGHT_DOME);
+    dome.path = "/dome";
+    dome.texture_file = image;
+    uint32_t light = cohort_scene_new_light(scene, err);
+    TEST_OK(cohort_scene_set_light(scene, light, &dome, err), err);
+    test_camera(scene, 0, 0, 5, 0.1, err);
+    return scene;
+}
+
+static float *lit_picture(const CohortScene *scene)
+{
+    const CohortRenderSettings settings = {
+        .width = SIDE, .height = SIDE, .spp = 4, .batch = 256, .threads = 1};
+    CohortError err = {0};
+    const CohortDiagnostic *said;
+    assert_int_equal(cohort_scene_warnings(scene, &said), 0);
+    return test_render(scene, &settings, NULL, &err);
+}
+
+// Images that find no memory are no images that cannot be read: neither goes dark or to a fallback.
+static void images_are_made_good(void **state)
+{
+    (void)state;
+    co_worker_count_set(1);
+    const char *image = in_folder("colors.ppm");
+    CohortError err = {0};
+    test_write_text(image, "P3 4 2 255\n255 0 0 0 255 0 0 0 255 9 9 9 "
+                           "80 80 0 0 80 80 80 0 80 255 255 255\n");
+    const CohortSceneOptions options = {.converted_folder = test_folder};
+    CohortScene *scene = lit_scene(image, &err);
+    TEST_OK(cohort_scene_commit(scene, &options, &err), &err);
+    float *want = lit_picture(scene);
+    assert_true(want[0] > 0.0f || want[1] > 0.0f || want[2] > 0.0f);
+    cohort_scene_destroy(scene);
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        err = (CohortError){0};
+        scene = lit_scene(image, &err);
+        test_faults_begin(&faults);
+        bool ok = cohort_scene_commit(scene, &options, &err);
+        test_faults_end(&faults, ok, &err);
+        if (!ok)
+            TEST_OK(cohort_scene_commit(scene, &options, &err), &err);
+        float *got = lit_picture(scene);
+        assert_memory_equal(got, want, 4 * SIDE * SIDE * sizeof *got);
+        free(got);
+        cohort_scene_destroy(scene);
+    }
+    assert_true(faults.count > 20);
+    free(want);
+    co_worker_count_set(0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -234,6 +305,7 @@ int main(void)
         cmocka_unit_test(failed_materials_stay),
         cmocka_unit_test(a_failed_root_is_empty),
         cmocka_unit_test(warnings_are_those_of_the_commit),
+        cmocka_unit_test(images_are_made_good),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, test_folder_make, test_folder_remove);
 }
