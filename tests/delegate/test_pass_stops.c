@@ -24,7 +24,7 @@ static void test_pause_keeps_complete_rounds(void **state)
 {
     (void)state;
     fake.round_nanoseconds = 5000000;
-    fake.rounds_to_do = 12;
+    fake.rounds_to_do = 100; // not done by the time a busy machine comes to pause
     execute_pass();
     rest(20);
     assert_true(cohort_delegate_pause(delegate));
@@ -41,7 +41,7 @@ static void test_pause_keeps_complete_rounds(void **state)
     assert_true(stat_of("percentDone").value.number >= percent);
     assert_true(cohort_render_pass_wait(pass, 10.0));
     assert_int_equal(fake.renders_made, 1);
-    assert_int_equal(stat_of("numCompletedSamples").value.integer, 12);
+    assert_int_equal(stat_of("numCompletedSamples").value.integer, 100);
 }
 
 static void test_stop_is_quick_and_restart_starts_over(void **state)
