@@ -156,7 +156,7 @@ static bool find_places(Build *build)
     CO_CHECK(nodes < CO_REF_NONE, build->err, COHORT_ERROR_LIMIT,
              "a tree of more than 2^31 - 2 nodes; split the mesh");
     CO_CHECK(out->leaf_bytes / CO_LEAF_UNIT <= CO_REF_LEAF_PLACE, build->err, COHORT_ERROR_LIMIT,
-             "a mesh whose leaves take more than 2 GiB; split the mesh");
+             "a mesh whose leaves take more than 8 GiB; split the mesh");
     out->tree.nodes = co_alloc(TAG, nodes * sizeof *out->tree.nodes);
     if (!out->tree.nodes)
         return no_memory(build);

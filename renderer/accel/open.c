@@ -6,8 +6,10 @@
 #define TAG CO_MEMORY_ACCEL
 
 // Of leaves that are full, by which the memory of a node is as dear as being met by every ray: a
-// quarter of what a node costs on average, as rays meet some 15 nodes and 4 leaves make one.
+// quarter of what a node costs on average, as rays meet some 15 nodes and 4 leaves make one. Of
+// groups, whose leaves are one thing each, far less: what stands there takes more than nodes above.
 #define MEMORY_WORTH 12.0
+#define GROUP_MEMORY_WORTH 0.1
 
 enum {
     WIDE_SHARE = 4, // ranges above this part of each thread's are split by all of them
@@ -192,7 +194,8 @@ bool co_opening_make(const CoPrimArray *prims, size_t leaf, uint32_t threads, Co
         return false;
     CoPlan root;
     double area = co_box_area(&out->box);
-    double weight = (double)prims->count / (MEMORY_WORTH * (double)leaf);
+    double worth = leaf > 1 ? MEMORY_WORTH * (double)leaf : GROUP_MEMORY_WORTH;
+    double weight = (double)prims->count / worth;
     out->scale = area > 0.0 ? weight / area : 0.0;
     plan(out, out->binary_count - 1, &root);
     return true;

@@ -41,8 +41,8 @@ static inline CoTriLeaf open_planned_pair(const CoBvh *bvh, const uint32_t *patc
     return leaf;
 }
 
-// The same of any: their 6 points, row by row, and 4 triangles;
-// one with 1 a side has the first triangle, of which the corners stand where that has them.
+// The same of any: their 6 points, row by row, and 4 triangles; one with 1 a side has the first
+// triangle, of which the corners stand where that has them.
 static inline CoTriLeaf open_triangles(const CoBvh *bvh, const uint32_t *patches, uint32_t count,
                                        GridBlock *block)
 {

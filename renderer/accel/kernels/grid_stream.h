@@ -59,7 +59,7 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
     GridBlock block;
     if (co_grid_blocks(tile) == 1) {
         const CoTriLeaf leaf = open_tile_block(bvh, tile, 0, &block);
-        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid, false);
         return;
     }
     uint32_t count = unpack_tile(tile, co_grid_blocks(tile), nodes);
@@ -72,7 +72,7 @@ static inline void stream_tile(const StreamAsk *ask, uint64_t active, uint32_t r
         if (!active)
             continue;
         const CoTriLeaf leaf = open_tile_block(bvh, tile, nearest, &block);
-        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid, false);
     }
 }
 
@@ -84,7 +84,7 @@ static inline void stream_list(const StreamAsk *ask, uint64_t active, uint32_t r
     GridBlock block;
     for (uint32_t k = 0; k < count; k += step) {
         const CoTriLeaf leaf = open_patches(bvh, patches + k, count - k, &block);
-        stream_triangles(ask, active & ~ask->rays->done, &leaf, leaf.count, block.valid);
+        stream_triangles(ask, active & ~ask->rays->done, &leaf, leaf.count, block.valid, false);
     }
 }
 
@@ -107,7 +107,7 @@ static void stream_grid_leaf(const StreamAsk *ask, uint64_t active, uint32_t ref
     } else {
         const CoTriLeaf leaf = bvh->grid == CO_GRID_NUMBERED ? open_numbered(bvh, ref, &block)
                                                              : open_block(bvh, ref, &block);
-        stream_triangles(ask, active, &leaf, leaf.count, block.valid);
+        stream_triangles(ask, active, &leaf, leaf.count, block.valid, false);
     }
 }
 

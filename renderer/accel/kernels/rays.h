@@ -24,7 +24,6 @@ typedef struct Rays {
     float from[CO_RAYS_ROOM], to[CO_RAYS_ROOM];    // where hits may lie, as far as is known
     float shear_org[3][CO_RAYS_ROOM];              // what a triangle test takes, see triangle.h
     float shear_x[CO_RAYS_ROOM], shear_y[CO_RAYS_ROOM], shear_z[CO_RAYS_ROOM];
-    float size[CO_RAYS_ROOM];     // largest coordinate of the origin
     uint8_t slot[CO_GROUP_RAYS];  // which ray of the group
     uint8_t outer[CO_GROUP_RAYS]; // its place among the rays it was taken from
     uint64_t negative[3];         // rays whose direction is, by axis

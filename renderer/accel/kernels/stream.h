@@ -128,11 +128,9 @@ static inline void beam_load(const Rays *rays, uint32_t j, Beam *beam)
 // What became of a node: who enters each child, and in what order they are to be visited.
 typedef struct StreamNode {
     _Alignas(64) uint64_t active[CO_NODE_WIDTH];
-    uint16_t order[CO_NODE_WIDTH]; // NOWHERE: no ray enters it
+    uint16_t order[CO_NODE_WIDTH]; // all ones: no ray enters it
     uint32_t bits;                 // children that any ray enters
 } StreamNode;
-
-#define NOWHERE 0xffffu
 
 // The upper half of where the first ray enters, which orders as well as all of it (but for negative
 // ones, which are merely visited in another order).
@@ -144,7 +142,7 @@ static inline void stream_order(const float entry[CO_NODE_WIDTH], uint16_t order
         order[i] = (uint16_t)(bits[i] >> 16);
 }
 
-// An entry that comes to NOWHERE.
+// An entry whose order is all ones.
 static inline CoLane nowhere(void)
 {
     union {

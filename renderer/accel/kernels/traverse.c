@@ -365,14 +365,15 @@ static __attribute__((noinline)) uint64_t stream_leaf_many(const StreamAsk *ask,
 }
 
 // Rays `active` against `triangles` among the first `count` of a leaf.
-static inline void stream_triangles(const StreamAsk *ask, uint64_t active, const CoTriLeaf *leaf,
-                                    uint32_t count, uint32_t triangles)
+static inline __attribute__((always_inline)) void
+stream_triangles(const StreamAsk *ask, uint64_t active, const CoTriLeaf *leaf, uint32_t count,
+                 uint32_t triangles, const bool is_flat)
 {
     if (__builtin_popcountll(active) > LEAF_SINGLE_MOST)
         active = stream_leaf_many(ask, active, leaf, count, &triangles);
     for (; active; active &= active - 1)
         stream_leaf_ray(ask->group, ask->rays, (uint32_t)__builtin_ctzll(active), ask->walk, leaf,
-                        count, triangles, false);
+                        count, triangles, is_flat);
 }
 
 // A leaf of a flat mesh. In a function of its own, so that others do not pay for it.
@@ -381,13 +382,8 @@ static __attribute__((noinline)) void stream_flat_leaf(const StreamAsk *ask, uin
 {
     uint32_t count;
     CoTriLeaf leaf = open_leaf(ask->walk->bvh, ref, &count);
-    uint32_t triangles = (1u << count) - 1u;
     leaf.is_flat = true;
-    if (__builtin_popcountll(active) > LEAF_SINGLE_MOST)
-        active = stream_leaf_many(ask, active, &leaf, count, &triangles);
-    for (; active; active &= active - 1)
-        stream_leaf_ray(ask->group, ask->rays, (uint32_t)__builtin_ctzll(active), ask->walk, &leaf,
-                        count, triangles, true);
+    stream_triangles(ask, active, &leaf, count, (1u << count) - 1u, true);
 }
 
 #include "accel/kernels/grid_stream.h"
@@ -406,7 +402,7 @@ static __attribute__((noinline)) void stream_leaf(const StreamAsk *ask, uint64_t
     }
     uint32_t count;
     const CoTriLeaf leaf = open_leaf(ask->walk->bvh, ref, &count);
-    stream_triangles(ask, active, &leaf, count, (1u << count) - 1u);
+    stream_triangles(ask, active, &leaf, count, (1u << count) - 1u, false);
 }
 
 #include "accel/kernels/single.h"
