@@ -119,6 +119,8 @@ static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places
 {
     return table[places[i / 2] >> 4 * (i & 1) & 15];
 }
+// The same, places below 8.
+#define co_lane_lookup8 co_lane_lookup16
 // Bytes as numbers.
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {

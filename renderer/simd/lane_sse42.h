@@ -128,6 +128,7 @@ static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places
     uint32_t low = places[i / 2], high = places[i / 2 + 1];
     return _mm_setr_ps(at[low & 15], at[low >> 4], at[high & 15], at[high >> 4]);
 }
+#define co_lane_lookup8 co_lane_lookup16
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     __m128i bytes = _mm_loadu_si32(p);

@@ -90,6 +90,19 @@ static CoWide look_up(const float *table, const float *places, uint32_t i)
     return co_wide_lookup16(held, bytes, i - first);
 }
 
+// The same among the first 8 of them.
+static CoWide look_up_few(const float *table, const float *places, uint32_t i)
+{
+    CoWide held[16 / CO_WIDE_WIDTH];
+    uint32_t first = i & ~15u;
+    uint8_t low[16 + 8] = {0};
+    for (uint32_t k = 0; k < 8; k++)
+        low[k] = ((const uint8_t *)(places + first))[k] & 0x77u;
+    for (uint32_t k = 0; k < 16; k += CO_WIDE_WIDTH)
+        held[k / CO_WIDE_WIDTH] = co_wide_load(table + first + k);
+    return co_wide_lookup8(held, low, i - first);
+}
+
 void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, uint32_t count,
                               float *out)
 {
@@ -111,6 +124,7 @@ void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, ui
         store_wide_mask(at += count, co_wide_and(same, co_wide_ne(x, z)));
         co_wide_store(at += count, co_wide_select(less, x, y));
         co_wide_store(at += count, look_up(b, c, i));
+        co_wide_store(at += count, look_up_few(b, c, i));
         co_wide_store(at += count, co_wide_residue(x, y, co_wide_mul(x, y)));
         co_wide_store(at += count, co_wide_muladd(x, y, z));
     }

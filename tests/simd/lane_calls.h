@@ -7,7 +7,7 @@
 
 enum {
     LANE_CALL_COUNT = 21, // operations
-    WIDE_CALL_COUNT = 16
+    WIDE_CALL_COUNT = 17
 };
 
 // Applies each operation to a[i], b[i] for i < count (a multiple of 8) and stores its bits at

@@ -156,9 +156,14 @@ static inline __attribute__((always_inline)) bool test_leaf(Group *group, Ray *r
     LeafHits hits;
     uint32_t count;
     const CoTriLeaf leaf = open_leaf(bvh, ref, &count);
+    uint32_t pierced;
     group->stats->triangles += count;
-    shear_points(&leaf, shear, &hits);
-    uint32_t pierced = pierce_triangles(&leaf, count, &hits);
+    if (is_flat && is_few(&leaf)) {
+        pierced = pierce_few(&leaf, count, shear, &hits);
+    } else {
+        shear_points(&leaf, shear, &hits);
+        pierced = pierce_triangles(&leaf, count, &hits);
+    }
     if (!pierced)
         return false;
     pad_for(ray, bvh);

@@ -64,7 +64,8 @@ static inline void shear_load(const Ray *ray, Shear *shear)
 }
 
 enum {
-    POINT_VECTORS = CO_LEAF_WIDTH / CO_WIDE_WIDTH
+    POINT_VECTORS = CO_LEAF_WIDTH / CO_WIDE_WIDTH,
+    CO_FEW = 8 // triangles, and points
 };
 
 // A leaf's points along the ray, and the edge functions of its triangles.
@@ -73,15 +74,17 @@ typedef struct LeafHits {
     CoWide edge[3][POINT_VECTORS];
 } LeafHits;
 
-// A leaf whose points are given by what the test calls x, y and z.
-static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3],
-                              const Shear *shear, LeafHits *out)
+// A leaf whose points, `room` at most, are given by what the test calls x, y and z.
+static inline __attribute__((always_inline)) void shear_some(const CoTriLeaf *leaf,
+                                                             const float *const points[3],
+                                                             const Shear *shear,
+                                                             const uint32_t room, LeafHits *out)
 {
     const CoWide org_x = co_wide_set1(shear->org[0]), org_y = co_wide_set1(shear->org[1]);
     const CoWide org_z = co_wide_set1(shear->org[2]);
     const CoWide sx = co_wide_set1(shear->sx), sy = co_wide_set1(shear->sy);
     // No branch on their number but where vectors are many.
-    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_WIDTH;
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : room;
     for (uint32_t i = 0; i * CO_WIDE_WIDTH < most; i++) {
         CoWide z = co_wide_sub(co_wide_load(points[2] + i * CO_WIDE_WIDTH), org_z);
         CoWide x = co_wide_sub(co_wide_load(points[0] + i * CO_WIDE_WIDTH), org_x);
@@ -92,24 +95,39 @@ static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3
     }
 }
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3],
+                              const Shear *shear, LeafHits *out)
+{
+    shear_some(leaf, points, shear, CO_LEAF_WIDTH, out);
+}
+
+static inline __attribute__((always_inline)) void
+shear_own(const CoTriLeaf *leaf, const Shear *shear, const uint32_t room, LeafHits *out)
 {
     const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
     const float *at = leaf->points[0];
     const float *const points[3] = {at + row * shear->x, at + row * shear->y, at + row * shear->z};
-    shear_rows(leaf, points, shear, out);
+    shear_some(leaf, points, shear, room, out);
 }
 
-// Edge functions of triangles i and up. Returns one bit per triangle whose line is pierced or may
-// be.
-static inline uint32_t pierce_vector(const CoTriLeaf *leaf, uint32_t i, LeafHits *hits)
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
+{
+    shear_own(leaf, shear, CO_LEAF_WIDTH, out);
+}
+
+// Edge functions of triangles i and up, among `room` points. Returns one bit per triangle whose
+// line is pierced or may be.
+static inline __attribute__((always_inline)) uint32_t
+pierce_vector(const CoTriLeaf *leaf, uint32_t i, const uint32_t room, LeafHits *hits)
 {
     const CoWide zero = co_wide_set1(0.0f);
     CoWide x[3], y[3], edge[3];
     for (int c = 0; c < 3; c++) {
         const uint8_t *corner = leaf->corner + (size_t)c * leaf->row;
-        x[c] = co_wide_lookup16(hits->x, corner, i);
-        y[c] = co_wide_lookup16(hits->y, corner, i);
+        x[c] = room > CO_FEW ? co_wide_lookup16(hits->x, corner, i)
+                             : co_wide_lookup8(hits->x, corner, i);
+        y[c] = room > CO_FEW ? co_wide_lookup16(hits->y, corner, i)
+                             : co_wide_lookup8(hits->y, corner, i);
     }
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
@@ -122,15 +140,35 @@ static inline uint32_t pierce_vector(const CoTriLeaf *leaf, uint32_t i, LeafHits
     return ~co_wide_bits(mixed) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
 
-// The same of all triangles, whose points are sheared. Wide vectors all at once, however many
-// triangles there are: no branch is taken on what cannot be guessed.
-static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, LeafHits *hits)
+// The same of all triangles, `room` at most, whose points are sheared. Wide vectors all at once,
+// however many triangles there are: no branch is taken on what cannot be guessed.
+static inline __attribute__((always_inline)) uint32_t
+pierce_some(const CoTriLeaf *leaf, uint32_t count, const uint32_t room, LeafHits *hits)
 {
-    const uint32_t most = CO_WIDE_WIDTH < 8 ? count : CO_LEAF_WIDTH;
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? count : room;
     uint32_t pierced = 0;
     for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH)
-        pierced |= pierce_vector(leaf, i, hits) << i;
+        pierced |= pierce_vector(leaf, i, room, hits) << i;
     return pierced & ((2u << (count - 1)) - 1u);
+}
+
+static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, LeafHits *hits)
+{
+    return pierce_some(leaf, count, CO_LEAF_WIDTH, hits);
+}
+
+// What most leaves of flat meshes are: two triangles, or a few.
+static inline bool is_few(const CoTriLeaf *leaf)
+{
+    return leaf->count <= CO_FEW && leaf->point_count <= CO_FEW;
+}
+
+// Shears a leaf of few triangles and tests them, with half the work where vectors are of 8.
+static inline uint32_t pierce_few(const CoTriLeaf *leaf, uint32_t count, const Shear *shear,
+                                  LeafHits *hits)
+{
+    shear_own(leaf, shear, CO_FEW, hits);
+    return pierce_some(leaf, count, CO_FEW, hits);
 }
 
 // Where a ray meets a triangle.
