@@ -58,7 +58,6 @@ typedef CoLaneMask CoWideMask;
 #define co_wide_bits co_lane_bits
 #define co_wide_mask co_lane_mask
 #define co_wide_lookup16 co_lane_lookup16
-#define co_wide_lookup8 co_lane_lookup8
 #define co_wide_load_points co_lane_load_points
 #endif
 

@@ -73,6 +73,10 @@ static inline __m256i co_lane_places(const uint8_t *places)
     __m256i all = _mm256_broadcastd_epi32(_mm_loadu_si32(places));
     return _mm256_srlv_epi32(all, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
 }
+static inline CoLane co_lane_lookup8(const CoLane *table, const uint8_t *places, uint32_t i)
+{
+    return _mm256_permutevar8x32_ps(*table, co_lane_places(places + i / 2));
+}
 static inline CoLane co_lane_load_bytes(const uint8_t *p)
 {
     __m128i bytes = _mm_loadl_epi64((const __m128i *)(const void *)p);

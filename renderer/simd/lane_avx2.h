@@ -44,10 +44,6 @@ static inline CoLane co_lane_lookup16(const CoLane *table, const uint8_t *places
     __m256 high = _mm256_permutevar8x32_ps(table[1], at);
     return _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32(at, 28)));
 }
-static inline CoLane co_lane_lookup8(const CoLane *table, const uint8_t *places, uint32_t i)
-{
-    return _mm256_permutevar8x32_ps(*table, co_lane_places(places + i / 2));
-}
 typedef struct CoLaneSets {
     __m256i low, high; // halves of the sets
 } CoLaneSets;

@@ -152,6 +152,5 @@ static inline CoWide co_wide_lookup16(const CoWide *table, const uint8_t *places
     __m512i all = _mm512_inserti64x4(low, co_lane_places(places + i / 2 + 4), 1);
     return _mm512_permutexvar_ps(all, *table);
 }
-#define co_wide_lookup8 co_wide_lookup16
 
 #endif

@@ -91,16 +91,17 @@ static CoWide look_up(const float *table, const float *places, uint32_t i)
 }
 
 // The same among the first 8 of them.
-static CoWide look_up_few(const float *table, const float *places, uint32_t i)
+static void look_up_few(const float *table, const float *places, uint32_t i, float *out)
 {
-    CoWide held[16 / CO_WIDE_WIDTH];
+    CoLane held[8 / CO_LANE_WIDTH];
     uint32_t first = i & ~15u;
-    uint8_t low[16 + 8] = {0};
+    uint8_t low[16] = {0}; // kernels read places of 16
     for (uint32_t k = 0; k < 8; k++)
         low[k] = ((const uint8_t *)(places + first))[k] & 0x77u;
-    for (uint32_t k = 0; k < 16; k += CO_WIDE_WIDTH)
-        held[k / CO_WIDE_WIDTH] = co_wide_load(table + first + k);
-    return co_wide_lookup8(held, low, i - first);
+    for (uint32_t k = 0; k < 8; k += CO_LANE_WIDTH)
+        held[k / CO_LANE_WIDTH] = co_lane_load(table + first + k);
+    for (uint32_t k = 0; k < CO_WIDE_WIDTH; k += CO_LANE_WIDTH)
+        co_lane_store(out + k, co_lane_lookup8(held, low, (i + k) % 8));
 }
 
 void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, uint32_t count,
@@ -124,7 +125,7 @@ void CO_LANE_NAME(wide_calls)(const float *a, const float *b, const float *c, ui
         store_wide_mask(at += count, co_wide_and(same, co_wide_ne(x, z)));
         co_wide_store(at += count, co_wide_select(less, x, y));
         co_wide_store(at += count, look_up(b, c, i));
-        co_wide_store(at += count, look_up_few(b, c, i));
+        look_up_few(b, c, i, at += count);
         co_wide_store(at += count, co_wide_residue(x, y, co_wide_mul(x, y)));
         co_wide_store(at += count, co_wide_muladd(x, y, z));
     }

@@ -74,17 +74,15 @@ typedef struct LeafHits {
     CoWide edge[3][POINT_VECTORS];
 } LeafHits;
 
-// A leaf whose points, `room` at most, are given by what the test calls x, y and z.
-static inline __attribute__((always_inline)) void shear_some(const CoTriLeaf *leaf,
-                                                             const float *const points[3],
-                                                             const Shear *shear,
-                                                             const uint32_t room, LeafHits *out)
+// A leaf whose points are given by what the test calls x, y and z.
+static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3],
+                              const Shear *shear, LeafHits *out)
 {
     const CoWide org_x = co_wide_set1(shear->org[0]), org_y = co_wide_set1(shear->org[1]);
     const CoWide org_z = co_wide_set1(shear->org[2]);
     const CoWide sx = co_wide_set1(shear->sx), sy = co_wide_set1(shear->sy);
     // No branch on their number but where vectors are many.
-    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : room;
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? leaf->point_count : CO_LEAF_WIDTH;
     for (uint32_t i = 0; i * CO_WIDE_WIDTH < most; i++) {
         CoWide z = co_wide_sub(co_wide_load(points[2] + i * CO_WIDE_WIDTH), org_z);
         CoWide x = co_wide_sub(co_wide_load(points[0] + i * CO_WIDE_WIDTH), org_x);
@@ -95,39 +93,24 @@ static inline __attribute__((always_inline)) void shear_some(const CoTriLeaf *le
     }
 }
 
-static inline void shear_rows(const CoTriLeaf *leaf, const float *const points[3],
-                              const Shear *shear, LeafHits *out)
-{
-    shear_some(leaf, points, shear, CO_LEAF_WIDTH, out);
-}
-
-static inline __attribute__((always_inline)) void
-shear_own(const CoTriLeaf *leaf, const Shear *shear, const uint32_t room, LeafHits *out)
+static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
 {
     const size_t row = (size_t)(leaf->points[1] - leaf->points[0]); // the same from 1 to 2
     const float *at = leaf->points[0];
     const float *const points[3] = {at + row * shear->x, at + row * shear->y, at + row * shear->z};
-    shear_some(leaf, points, shear, room, out);
+    shear_rows(leaf, points, shear, out);
 }
 
-static inline void shear_points(const CoTriLeaf *leaf, const Shear *shear, LeafHits *out)
-{
-    shear_own(leaf, shear, CO_LEAF_WIDTH, out);
-}
-
-// Edge functions of triangles i and up, among `room` points. Returns one bit per triangle whose
-// line is pierced or may be.
-static inline __attribute__((always_inline)) uint32_t
-pierce_vector(const CoTriLeaf *leaf, uint32_t i, const uint32_t room, LeafHits *hits)
+// Edge functions of triangles i and up. Returns one bit per triangle whose line is pierced or may
+// be.
+static inline uint32_t pierce_vector(const CoTriLeaf *leaf, uint32_t i, LeafHits *hits)
 {
     const CoWide zero = co_wide_set1(0.0f);
     CoWide x[3], y[3], edge[3];
     for (int c = 0; c < 3; c++) {
         const uint8_t *corner = leaf->corner + (size_t)c * leaf->row;
-        x[c] = room > CO_FEW ? co_wide_lookup16(hits->x, corner, i)
-                             : co_wide_lookup8(hits->x, corner, i);
-        y[c] = room > CO_FEW ? co_wide_lookup16(hits->y, corner, i)
-                             : co_wide_lookup8(hits->y, corner, i);
+        x[c] = co_wide_lookup16(hits->x, corner, i);
+        y[c] = co_wide_lookup16(hits->y, corner, i);
     }
     for (int c = 0; c < 3; c++) {
         int p = (c + 2) % 3, q = (c + 1) % 3;
@@ -140,21 +123,15 @@ pierce_vector(const CoTriLeaf *leaf, uint32_t i, const uint32_t room, LeafHits *
     return ~co_wide_bits(mixed) & ((1u << CO_WIDE_WIDTH) - 1u);
 }
 
-// The same of all triangles, `room` at most, whose points are sheared. Wide vectors all at once,
-// however many triangles there are: no branch is taken on what cannot be guessed.
-static inline __attribute__((always_inline)) uint32_t
-pierce_some(const CoTriLeaf *leaf, uint32_t count, const uint32_t room, LeafHits *hits)
-{
-    const uint32_t most = CO_WIDE_WIDTH < 8 ? count : room;
-    uint32_t pierced = 0;
-    for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH)
-        pierced |= pierce_vector(leaf, i, room, hits) << i;
-    return pierced & ((2u << (count - 1)) - 1u);
-}
-
+// The same of all triangles, whose points are sheared. Wide vectors all at once, however many
+// triangles there are: no branch is taken on what cannot be guessed.
 static inline uint32_t pierce_triangles(const CoTriLeaf *leaf, uint32_t count, LeafHits *hits)
 {
-    return pierce_some(leaf, count, CO_LEAF_WIDTH, hits);
+    const uint32_t most = CO_WIDE_WIDTH < 8 ? count : CO_LEAF_WIDTH;
+    uint32_t pierced = 0;
+    for (uint32_t i = 0; i < most; i += CO_WIDE_WIDTH)
+        pierced |= pierce_vector(leaf, i, hits) << i;
+    return pierced & ((2u << (count - 1)) - 1u);
 }
 
 // What most leaves of flat meshes are: two triangles, or a few.
@@ -163,12 +140,44 @@ static inline bool is_few(const CoTriLeaf *leaf)
     return leaf->count <= CO_FEW && leaf->point_count <= CO_FEW;
 }
 
-// Shears a leaf of few triangles and tests them, with half the work where vectors are of 8.
+// shear_points and pierce_triangles of a leaf of few triangles, by lanes: wider vectors would be
+// half empty.
 static inline uint32_t pierce_few(const CoTriLeaf *leaf, uint32_t count, const Shear *shear,
                                   LeafHits *hits)
 {
-    shear_own(leaf, shear, CO_FEW, hits);
-    return pierce_some(leaf, count, CO_FEW, hits);
+    const CoLane zero = co_lane_set1(0.0f);
+    CoLane xs[CO_FEW / CO_LANE_WIDTH], ys[CO_FEW / CO_LANE_WIDTH];
+    for (uint32_t i = 0; i < CO_FEW; i += CO_LANE_WIDTH) {
+        CoLane z =
+            co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
+        CoLane x =
+            co_lane_sub(co_lane_load(leaf->points[shear->x] + i), co_lane_set1(shear->org[0]));
+        CoLane y =
+            co_lane_sub(co_lane_load(leaf->points[shear->y] + i), co_lane_set1(shear->org[1]));
+        x = co_lane_sub(x, co_lane_mul(co_lane_set1(shear->sx), z));
+        y = co_lane_sub(y, co_lane_mul(co_lane_set1(shear->sy), z));
+        co_lane_store((float *)hits->x + i, xs[i / CO_LANE_WIDTH] = x);
+        co_lane_store((float *)hits->y + i, ys[i / CO_LANE_WIDTH] = y);
+        co_lane_store((float *)hits->z + i, z);
+    }
+    uint32_t pierced = 0;
+    for (uint32_t i = 0; i < CO_FEW; i += CO_LANE_WIDTH) {
+        CoLane x[3], y[3], edge[3];
+        for (int c = 0; c < 3; c++) {
+            x[c] = co_lane_lookup8(xs, leaf->corner + (size_t)c * leaf->row, i);
+            y[c] = co_lane_lookup8(ys, leaf->corner + (size_t)c * leaf->row, i);
+        }
+        for (int c = 0; c < 3; c++) {
+            int p = (c + 2) % 3, q = (c + 1) % 3;
+            edge[c] = co_lane_sub(co_lane_mul(x[p], y[q]), co_lane_mul(y[p], x[q]));
+            co_lane_store((float *)hits->edge[c] + i, edge[c]);
+        }
+        CoLane least = co_lane_min(co_lane_min(edge[0], edge[1]), edge[2]);
+        CoLane most = co_lane_max(co_lane_max(edge[0], edge[1]), edge[2]);
+        CoLaneMask mixed = co_lane_and(co_lane_lt(least, zero), co_lane_lt(zero, most));
+        pierced |= (~co_lane_bits(mixed) & ((1u << CO_LANE_WIDTH) - 1u)) << i;
+    }
+    return pierced & ((2u << (count - 1)) - 1u);
 }
 
 // Where a ray meets a triangle.
