@@ -180,8 +180,6 @@ static __attribute__((noinline)) bool trace_flat_leaf(Group *group, Ray *ray, co
 static __attribute__((noinline)) bool trace_leaf(Group *group, Ray *ray, const Shear *shear,
                                                  const CoBvh *bvh, uint32_t ref, uint32_t path)
 {
-    if (bvh->is_flat)
-        return trace_flat_leaf(group, ray, shear, bvh, ref, path);
     return test_leaf(group, ray, shear, bvh, ref, path, false);
 }
 
@@ -246,8 +244,9 @@ walk_slabs(Group *group, Ray *ray, const Walk *walk, bool is_tight, const bool i
             ends = &own;
             bvh = NULL;
         } else if (bvh) {
-            if (bvh->patches ? trace_grid_leaf(group, ray, &shear, bvh, ref, path)
-                             : trace_leaf(group, ray, &shear, bvh, ref, path)) {
+            if (bvh->patches   ? trace_grid_leaf(group, ray, &shear, bvh, ref, path)
+                : bvh->is_flat ? trace_flat_leaf(group, ray, &shear, bvh, ref, path)
+                               : trace_leaf(group, ray, &shear, bvh, ref, path)) {
                 below += visited - before;
                 break;
             }
