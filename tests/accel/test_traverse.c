@@ -225,6 +225,28 @@ static void soups_match_the_oracle(void **state)
     }
 }
 
+// In one plane, where leaves of few triangles are tested by themselves.
+static void flat_soups_match_the_oracle(void **state)
+{
+    (void)state;
+    const uint32_t counts[] = {1, 2, 3, 7, 40, 300};
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
+        TestScene s = {0};
+        TestMesh soup = mesh_soup(counts[k], 1.6f / sqrtf((float)counts[k]), k);
+        for (uint32_t i = 0; i < soup.mesh.point_count; i++) {
+            float *p = soup.points + 3 * i;
+            p[2] = 0.5f * p[0] - 0.25f * p[1];
+        }
+        mesh_box(&soup);
+        soup.mesh.is_flat = true;
+        CoInstance instance = place(scene_add_mesh(&s, &soup), co_mat4d_identity());
+        scene_add_group(&s, &instance, 1);
+        check_scene(&s.scene, 1.5f, 1000);
+        scene_clear(&s);
+        mesh_free(&soup);
+    }
+}
+
 static void nested_instances_match_the_oracle(void **state)
 {
     (void)state;
@@ -495,6 +517,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(soups_match_the_oracle),
+        cmocka_unit_test(flat_soups_match_the_oracle),
         cmocka_unit_test(nested_instances_match_the_oracle),
         cmocka_unit_test(tnear_peels_hit_by_hit),
         cmocka_unit_test(invalid_rays_are_counted),

@@ -146,8 +146,11 @@ static inline uint32_t pierce_few(const CoTriLeaf *leaf, uint32_t count, const S
                                   LeafHits *hits)
 {
     const CoLane zero = co_lane_set1(0.0f);
-    CoLane xs[CO_FEW / CO_LANE_WIDTH], ys[CO_FEW / CO_LANE_WIDTH];
-    for (uint32_t i = 0; i < CO_FEW; i += CO_LANE_WIDTH) {
+    // Narrow lanes, which stop early, look up what stands behind the last corner too: any of 16.
+    CoLane xs[CO_LEAF_WIDTH / CO_LANE_WIDTH] = {zero}, ys[CO_LEAF_WIDTH / CO_LANE_WIDTH] = {zero};
+    const uint32_t points = CO_LANE_WIDTH < 8 ? leaf->point_count : CO_FEW;
+    const uint32_t triangles = CO_LANE_WIDTH < 8 ? count : CO_FEW;
+    for (uint32_t i = 0; i < points; i += CO_LANE_WIDTH) {
         CoLane z =
             co_lane_sub(co_lane_load(leaf->points[shear->z] + i), co_lane_set1(shear->org[2]));
         CoLane x =
@@ -161,7 +164,7 @@ static inline uint32_t pierce_few(const CoTriLeaf *leaf, uint32_t count, const S
         co_lane_store((float *)hits->z + i, z);
     }
     uint32_t pierced = 0;
-    for (uint32_t i = 0; i < CO_FEW; i += CO_LANE_WIDTH) {
+    for (uint32_t i = 0; i < triangles; i += CO_LANE_WIDTH) {
         CoLane x[3], y[3], edge[3];
         for (int c = 0; c < 3; c++) {
             x[c] = co_lane_lookup8(xs, leaf->corner + (size_t)c * leaf->row, i);
