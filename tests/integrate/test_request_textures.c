@@ -70,6 +70,18 @@ static void every_hit_asks_once(void **state)
     }
 }
 
+// What is left of a render, and what it comes to; the render is gone then.
+static void finish(CohortRender *render)
+{
+    CohortError err = {0};
+    float pixels[4 * 64];
+    while (!cohort_render_is_done(render))
+        TEST_OK(cohort_render_round(render, &err), &err);
+    assert_true(cohort_render_aov(render, COHORT_AOV_COLOR, pixels));
+    assert_is_fallback(pixels);
+    cohort_render_destroy(render);
+}
+
 // A round that finds no memory says so, and the next one is whole: whatever it was that failed.
 static void rounds_go_on_after_failures(void **state)
 {
@@ -92,13 +104,7 @@ static void rounds_go_on_after_failures(void **state)
             cohort_render_round(render, NULL);
         }
         co_memory_fail_after(0);
-        err = (CohortError){0};
-        while (!cohort_render_is_done(render))
-            TEST_OK(cohort_render_round(render, &err), &err);
-        float pixels[4 * 64];
-        assert_true(cohort_render_aov(render, COHORT_AOV_COLOR, pixels));
-        assert_is_fallback(pixels);
-        cohort_render_destroy(render);
+        finish(render);
     }
     assert_true(is_done && failures > 2);
     cohort_scene_destroy(scene);
@@ -119,13 +125,7 @@ static void one_refusal_changes_nothing(void **state)
         test_faults_begin(&faults);
         bool ok = cohort_render_round(render, &err);
         test_faults_end(&faults, ok, &err);
-        err = (CohortError){0};
-        while (!cohort_render_is_done(render))
-            TEST_OK(cohort_render_round(render, &err), &err);
-        float pixels[4 * 64];
-        assert_true(cohort_render_aov(render, COHORT_AOV_COLOR, pixels));
-        assert_is_fallback(pixels);
-        cohort_render_destroy(render);
+        finish(render);
         cohort_scene_destroy(scene);
     }
     assert_true(faults.count > 2);
