@@ -229,8 +229,10 @@ static inline bool ray_is_fit(const Ray *ray)
 // coordinate, so that adding it is never lost. `relative` adds what the transforms of instances
 // below may be off by, in units of D and of the origin. A node's plane * inv + c is off by at most
 // 4 units of the origin's coordinate and 6 of D, each times inv, if the product is rounded: 8 more
-// of both. What may overflow becomes NaN, which never culls. Returns ray_is_fit.
-static inline bool ray_set_origin(Ray *ray, const CoBox *box, float relative)
+// of both. What may overflow becomes NaN, which never culls. Returns ray_is_fit. Always inline: it
+// is done for every instance that a ray alone enters, and the compiler changes its mind.
+static inline __attribute__((always_inline)) bool ray_set_origin(Ray *ray, const CoBox *box,
+                                                                 float relative)
 {
     const CoFour nan = co_four_set1(__builtin_nanf(""));
     CoFour org = ray->org, inv = ray->inv, size = co_four_abs(org);

@@ -117,24 +117,27 @@ static inline bool is_empty(const CoObject *object)
                        : !object->bvh || object->bvh->tree.node_count == 0;
 }
 
-static inline Walk walk_of(const CoObject *object, uint32_t path)
+// Through the mesh `bvh` or, where that is NULL, the group. Stored once, where it stays: a copy of
+// what has just been stored field by field waits until that has reached the cache.
+static inline Walk walk_through(const CoObject *object, const CoBvh *bvh, uint32_t path)
 {
-    return (Walk){.tree = object->top ? &object->top->tree : &object->bvh->tree,
-                  .bvh = object->top ? NULL : object->bvh,
+    return (Walk){.tree = bvh ? &bvh->tree : &object->top->tree,
+                  .bvh = bvh,
                   .object = object,
                   .path = path,
                   .is_in_place = !object->top || object->top->is_in_place};
 }
 
+static inline Walk walk_of(const CoObject *object, uint32_t path)
+{
+    return walk_through(object, object->top ? NULL : object->bvh, path);
+}
+
 // Below an instance.
 static inline Walk walk_of_placed(const CoPlaced *placed, const CoObject *object, uint32_t path)
 {
-    Walk walk = walk_of(object, path);
-    if (placed->is_baked) {
-        walk.tree = &placed->bvh->tree;
-        walk.bvh = placed->bvh;
-    }
-    return walk;
+    const CoBvh *own = object->top ? NULL : object->bvh;
+    return walk_through(object, placed->is_baked ? placed->bvh : own, path);
 }
 
 // Of a layer of the group that is walked.
@@ -340,6 +343,14 @@ static __attribute__((noinline)) void enter_flat_leaf(Group *group, const Ray *r
     test_only_leaf(group, ray, inner, placed, path, true);
 }
 
+static __attribute__((noinline)) void enter_other_leaf(Group *group, const Ray *ray, Ray *inner,
+                                                       const CoPlaced *placed, uint32_t path)
+{
+    test_only_leaf(group, ray, inner, placed, path, false);
+}
+
+// In functions of their own: most instances have a tree, and would spill registers for what hits
+// take.
 static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const CoPlaced *placed,
                               uint32_t path)
 {
@@ -348,7 +359,7 @@ static inline void enter_leaf(Group *group, const Ray *ray, Ray *inner, const Co
     if (placed->bvh->is_flat)
         enter_flat_leaf(group, ray, inner, placed, path);
     else
-        test_only_leaf(group, ray, inner, placed, path, false);
+        enter_other_leaf(group, ray, inner, placed, path);
 }
 
 // One ray through a layer of its group: it stays what it is, but is prepared for less space.
