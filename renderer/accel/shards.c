@@ -13,7 +13,7 @@
 #define TAG CO_MEMORY_ACCEL
 
 // What a cut saves at least, in areas of an average box, a good part of a leaf's; and what all cuts
-// save of the area of all boxes. Less does not pay, see docs/benchmarks.md.
+// save of the area of all boxes. Less does not pay, see docs/experiments.md.
 #define LEAST_SAVED 3.0
 #define WORTH 0.25
 
