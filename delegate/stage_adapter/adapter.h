@@ -100,10 +100,16 @@ typedef struct CoPlace {
 // The next place up; false at the top.
 bool co_place_up(const CohortAdapter *adapter, CoPlace *place);
 
+// Whether that step up from a place in prototype `inside` left a native instance.
+bool co_place_left_native(const CohortAdapter *adapter, uint32_t inside, CoPlace place);
+
 // Prim to world, or to the root of its prototype.
 CoMat4d co_place_transform(const CohortAdapter *adapter, CoPlace place);
 // Prim to world, through all prototypes.
 CoMat4d co_place_world_transform(const CohortAdapter *adapter, CoPlace place);
+
+// UsdGeomImageable: a prim without a type has neither visibility nor purpose, whatever it authors.
+bool co_is_imageable(const CohortPrim *prim);
 
 // Inherited visibility, up to the root of its prototype.
 bool co_place_is_visible(const CohortAdapter *adapter, CoPlace place);

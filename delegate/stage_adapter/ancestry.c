@@ -25,6 +25,11 @@ bool co_place_up(const CohortAdapter *adapter, CoPlace *place)
     return true;
 }
 
+bool co_place_left_native(const CohortAdapter *adapter, uint32_t inside, CoPlace place)
+{
+    return place.prototype != inside && adapter->prototypes[inside].is_native;
+}
+
 // Like co_place_up, but ends at the root of the prototype.
 static bool up_within(const CohortAdapter *adapter, CoPlace *place)
 {
@@ -63,10 +68,16 @@ CoMat4d co_place_world_transform(const CohortAdapter *adapter, CoPlace place)
     return transform_to(adapter, place, co_place_up);
 }
 
+bool co_is_imageable(const CohortPrim *prim)
+{
+    return cohort_prim_type(prim)[0] != '\0';
+}
+
 static bool is_visible_to(const CohortAdapter *adapter, CoPlace place, UpFn *up)
 {
     do {
-        if (strcmp(cohort_prim_token(place.prim, "visibility", adapter->time, "inherited"),
+        if (co_is_imageable(place.prim) &&
+            strcmp(cohort_prim_token(place.prim, "visibility", adapter->time, "inherited"),
                    "invisible") == 0)
             return false;
     } while (up(adapter, &place));

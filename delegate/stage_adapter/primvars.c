@@ -170,9 +170,16 @@ bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull
     gather_prim(&g, place.prim, true, true);
     if (!has_name(&g, "normals") && is_wanted(&g, "normals"))
         add_primvar(&g, record->prim, "normals", "normals", COHORT_INTERPOLATION_VERTEX);
-    // A color inherited from outside the prototype differs by placement and comes with it.
-    while (co_place_up(adapter, &place) && g.count < MAX_PRIMVARS)
-        gather_prim(&g, place.prim, false, place.prototype == record->prototype);
+    // A color from beyond a native instance differs by placement and comes with it; what stands
+    // above the target of a PointInstancer is the same for all its places.
+    bool is_shared = true;
+    while (g.count < MAX_PRIMVARS) {
+        uint32_t inside = place.prototype;
+        if (!co_place_up(adapter, &place))
+            break;
+        is_shared = is_shared && !co_place_left_native(adapter, inside, place);
+        gather_prim(&g, place.prim, false, is_shared);
+    }
     report_missing(&g, record, record->material);
     for (size_t i = 0; i < out->mesh.subset_count && out->subset_materials; i++)
         report_missing(&g, record, out->subset_materials[i]);
@@ -184,9 +191,10 @@ bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull
 bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color[3])
 {
     static const char attribute[] = "primvars:displayColor";
-    uint32_t within = place.prototype;
+    uint32_t inside;
     do {
         CohortValue value;
+        inside = place.prototype;
         if (cohort_prim_value(place.prim, attribute, adapter->time, &value) && value.count &&
             value.type == COHORT_TYPE_COLOR3F &&
             interpolation_of(place.prim, attribute, COHORT_INTERPOLATION_CONSTANT) ==
@@ -194,6 +202,6 @@ bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color
             memcpy(color, value.data, 3 * sizeof *color);
             return true;
         }
-    } while (co_place_up(adapter, &place) && place.prototype == within);
+    } while (co_place_up(adapter, &place) && !co_place_left_native(adapter, inside, place));
     return false;
 }

@@ -58,6 +58,8 @@ bool co_is_point_instancer(const CohortPrim *prim)
 
 static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim, uint32_t inherited)
 {
+    if (!co_is_imageable(prim))
+        return inherited;
     const char *authored = cohort_prim_token(prim, "purpose", adapter->time, "");
     if (strcmp(authored, "default") == 0)
         return COHORT_PURPOSE_DEFAULT;
@@ -73,9 +75,24 @@ static uint32_t purpose_of(const CohortAdapter *adapter, const CohortPrim *prim,
 bool co_is_never_visible(const CohortAdapter *adapter, const CohortPrim *prim)
 {
     const double *times;
-    return strcmp(cohort_prim_token(prim, "visibility", adapter->time, "inherited"), "invisible") ==
+    return co_is_imageable(prim) &&
+           strcmp(cohort_prim_token(prim, "visibility", adapter->time, "inherited"), "invisible") ==
                0 &&
            cohort_prim_time_samples(prim, "visibility", &times) == 0;
+}
+
+// What a prim authors that its type does not have.
+static void report_untyped(const CohortAdapter *adapter, const CohortPrim *prim)
+{
+    static const char *const names[] = {"xformOpOrder", "visibility", "purpose"};
+    size_t count = co_is_imageable(prim) ? 1 : 3;
+    if (count == 1 && strcmp(cohort_prim_type(prim), "Scope") != 0)
+        return;
+    for (size_t i = 0; i < count; i++)
+        if (cohort_prim_has_attribute(prim, names[i]))
+            co_adapter_report(adapter, prim, names[i], "",
+                              count == 1 ? "a Scope has none: ignored"
+                                         : "a prim without a type has none: ignored");
 }
 
 // Prims of other types that are made lights by an API schema.
@@ -290,7 +307,7 @@ static uint32_t point_prototype(CoWalk *walk, CoPlace place, const char *path, u
                           "no such prim: its instances are left out");
         return COHORT_INVALID_ID;
     }
-    if (!may_enter(walk, place, target, false))
+    if (!cohort_prim_is_active(target) || !may_enter(walk, place, target, false))
         return COHORT_INVALID_ID;
     char key[96];
     CoPrototype prototype = {.root = target, .outer = home_of(a, target, place.prototype)};
@@ -365,6 +382,7 @@ static bool walk_prim(CoWalk *walk, CoPlace place, uint32_t purpose)
         return false;
     if (co_is_never_visible(a, place.prim))
         return true;
+    report_untyped(a, place.prim);
     purpose = purpose_of(a, place.prim, purpose);
     bool is_drawn = (purpose & a->purposes) != 0;
     if (co_is_point_instancer(place.prim))

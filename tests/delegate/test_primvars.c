@@ -124,6 +124,36 @@ static void test_inheritance(void **state)
     assert_null(primvar("/A/B/Own", "st"));
 }
 
+// A constant color above the target of a PointInstancer is the meshes' own, on the instancer and
+// above it too; one beyond a native instance is left to its placement.
+static void test_colors_come_into_prototypes(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'A' { color3f[] primvars:displayColor = [(1,0,0)];"
+               "  def PointInstancer 'PI' {"
+               "    rel prototypes = [</A/PI/T>]; int[] protoIndices = [0];"
+               "    point3f[] positions = [(1,0,0)];"
+               "    def Xform 'T' { def Mesh 'M' { $triangle }"
+               "      def Xform 'I' (instanceable = true; inherits = </C>) {} }"
+               "  }"
+               "  def PointInstancer 'Own' { color3f[] primvars:displayColor = [(0,1,0)];"
+               "    rel prototypes = [</A/Own/M>]; int[] protoIndices = [0];"
+               "    point3f[] positions = [(1,0,0)];"
+               "    def Mesh 'M' { $triangle }"
+               "  }"
+               "}"
+               "class Xform 'C' { def Mesh 'M' { $triangle } }");
+    assert_true(primvar("/A/PI/T/M", "displayColor")->first[0] == 1.0f);
+    assert_true(primvar("/A/Own/M", "displayColor")->first[1] == 1.0f);
+    assert_null(primvar("/A/PI/T/I/M", "displayColor"));
+    bool is_handed_down = false;
+    for (size_t i = 0; i < fake.object_count; i++)
+        for (size_t k = 0; k < fake.objects[i].instance_count; k++)
+            is_handed_down = is_handed_down || (fake.objects[i].instances[k].display_color &&
+                                                fake.objects[i].colors[k][0] == 1.0f);
+    assert_true(is_handed_down);
+}
+
 // Halves and doubles arrive as floats.
 static void test_precisions(void **state)
 {
@@ -186,6 +216,7 @@ int main(void)
         cmocka_unit_test_teardown(test_normals, close_stage),
         cmocka_unit_test_teardown(test_lengths, close_stage),
         cmocka_unit_test_teardown(test_indices_and_element_size, close_stage),
+        cmocka_unit_test_teardown(test_colors_come_into_prototypes, close_stage),
         cmocka_unit_test_teardown(test_inheritance, close_stage),
         cmocka_unit_test_teardown(test_precisions, close_stage),
         cmocka_unit_test_teardown(test_opacity_that_is_none, close_stage),

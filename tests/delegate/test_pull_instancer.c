@@ -71,6 +71,21 @@ static void test_every_array_counts(void **state)
     assert_true(is_reported("/PI", "protoIndices"));
 }
 
+// A prototype that is switched off is not drawn, though it is still a target.
+static void test_inactive_prototypes_are_left_out(void **state)
+{
+    (void)state;
+    open_stage("def PointInstancer 'PI' {"
+               "  rel prototypes = [</PI/A>, </PI/B>]; int[] protoIndices = [0, 1, 1];"
+               "  point3f[] positions = [(1,0,0), (2,0,0), (3,0,0)];"
+               "  def Mesh 'A' (active = false) { $triangle }"
+               "  def Mesh 'B' { $triangle }"
+               "}");
+    assert_int_equal(fake.set_mesh_calls, 1);
+    assert_int_equal(fake.objects[0].instance_count, 2);
+    assert_true(is_at(&fake.objects[0].instances[0], 2, 0, 0));
+}
+
 static void test_nested_point_instancers(void **state)
 {
     (void)state;
@@ -238,6 +253,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_placements_hand_colors_down, close_stage),
         cmocka_unit_test_teardown(test_every_array_counts, close_stage),
+        cmocka_unit_test_teardown(test_inactive_prototypes_are_left_out, close_stage),
         cmocka_unit_test_teardown(test_nested_point_instancers, close_stage),
         cmocka_unit_test_teardown(test_prototypes_are_shared_across_levels, close_stage),
         cmocka_unit_test_teardown(test_circles_of_prototypes_end, close_stage),

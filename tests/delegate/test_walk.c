@@ -37,6 +37,28 @@ static void test_purposes(void **state)
     assert_null(fake_mesh("/D"));
 }
 
+// Neither transform nor visibility nor purpose comes from a prim without a type, no transform from
+// a Scope: as UsdGeom computes them, and what is authored there is named.
+static void test_what_a_type_does_not_have(void **state)
+{
+    (void)state;
+    open_stage("def 'T' { $at(5,0,0) token visibility = 'invisible';"
+               "  uniform token purpose = 'guide';"
+               "  def Mesh 'M' { $triangle }"
+               "}"
+               "def Scope 'S' { $at(0,5,0) def Mesh 'M' { $triangle }"
+               "  def Scope 'H' { token visibility = 'invisible'; def Mesh 'M' { $triangle } }"
+               "}");
+    assert_true(is_at(root_instance("/T/M"), 0, 0, 0));
+    assert_false(root_instance("/T/M")->hidden);
+    assert_true(is_at(root_instance("/S/M"), 0, 0, 0));
+    assert_null(fake_mesh("/S/H/M"));
+    assert_true(is_reported("/T", "xformOpOrder") && is_reported("/T", "visibility") &&
+                is_reported("/T", "purpose"));
+    assert_true(is_reported("/S", "xformOpOrder"));
+    assert_false(is_reported("/S/H", "visibility"));
+}
+
 // ---- Native instances --------------------------------------------------------------------------
 
 // Three placements of a prototype with two parts, one of them invisible.
@@ -206,6 +228,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_purposes, close_stage),
+        cmocka_unit_test_teardown(test_what_a_type_does_not_have, close_stage),
         cmocka_unit_test_teardown(test_native_instances_share, close_stage),
         cmocka_unit_test_teardown(test_native_instances_inherit, close_stage),
         cmocka_unit_test_teardown(test_nested_native_instances, close_stage),

@@ -174,6 +174,14 @@ static bool read_op(const CohortPrim *prim, const char *name, double time, CoMat
     return !is_inverse || invert(m);
 }
 
+// UsdGeomXformable's derived types have ops; what has no type, or is a Scope, has none whatever it
+// authors. Types that are not known here are taken to be a host's own gprims.
+static bool is_xformable(const CohortPrim *prim)
+{
+    const char *type = cohort_prim_type(prim);
+    return type[0] && strcmp(type, "Scope") != 0;
+}
+
 bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
                                  bool *resets)
 {
@@ -181,8 +189,9 @@ bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out
     set_identity(out);
     CohortValue order;
     const char *token = prim->data->stage->composer.names.xformOpOrder;
-    bool has_order =
-        co_prim_value(prim, token, COHORT_TIME_DEFAULT, &order) && order.type == COHORT_TYPE_TOKEN;
+    bool has_order = is_xformable(prim) &&
+                     co_prim_value(prim, token, COHORT_TIME_DEFAULT, &order) &&
+                     order.type == COHORT_TYPE_TOKEN;
     const CohortString *names = has_order ? order.data : NULL;
     size_t first = 0, count = has_order ? order.count : 0;
     for (size_t i = 0; i < count; i++) {

@@ -378,7 +378,8 @@ bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, 
                          size_t count);
 
 // UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!,
-// may be NULL. False, and the identity, where no op is authored.
+// may be NULL. False, and the identity, where no op is authored or the prim can have none: it has no
+// type, or is a Scope.
 bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
                                  bool *resets);
 
