@@ -1,4 +1,4 @@
-// What every public header of Cohort shares: errors, limits, diagnostics and logging.
+// What every public header of Cohort shares: errors, limits and severities.
 //
 // A host links libcohort.a as `pkg-config --cflags --libs cohort` says. Beside it lies a module,
 // lib/cohort/cohort_oiio.so, which is opened when the first image file is read: the host's RPATH
@@ -58,22 +58,13 @@ typedef struct CohortError {
     const char *where;   // "file.c:123" in Cohort's source, for reports
 } CohortError;
 
+// Of one thing told by a diagnostic callback, a list of warnings or a report; no message has
+// another way, and nothing is ever printed.
 typedef enum CohortSeverity {
     COHORT_SEVERITY_ERROR = 0,
     COHORT_SEVERITY_WARNING,
-    COHORT_SEVERITY_INFO,
-    COHORT_SEVERITY_DEBUG,
-    COHORT_SEVERITY_TRACE
+    COHORT_SEVERITY_INFO
 } CohortSeverity;
-
-// Receives one message. `channel` is the room ("usda", "accel", ...); `text` ends without a newline
-// and lives only for the call. May be called from any thread, one call at a time.
-typedef void CohortLogFn(void *cookie, const char *channel, CohortSeverity severity,
-                         const char *text);
-
-// Sets where messages go, process-wide; NULL silences them (the default).
-// Threads: call before any other use of Cohort.
-void cohort_log_set(CohortLogFn *fn, void *cookie, CohortSeverity most_detailed);
 
 // Cohort's version, "major.minor.patch". The string is static.
 const char *cohort_version(void);
