@@ -39,12 +39,7 @@ static bool edit_meta(CoPtexOpening *opening, uint64_t offset, uint32_t size)
     uint32_t packed = co_load_u32(opening->data + offset);
     uint32_t full = co_load_u32(opening->data + offset + 4);
     CO_PTEX_CHECK(opening, packed <= size - 8, "a metadata edit of %u bytes in %u", packed, size);
-    if (!co_ptex_claim(opening, offset + 8, packed, full, "metadata edit"))
-        return false;
-    unsigned char *bytes = co_ptex_keep(opening->file, full);
-    CO_CHECK_MEMORY(bytes, opening->err);
-    return co_ptex_inflate_at(opening, offset + 8, packed, bytes, full, "metadata edit") &&
-           co_ptex_meta_parse(opening, bytes, full);
+    return co_ptex_meta_check(opening, offset + 8, packed, full, NULL);
 }
 
 bool co_ptex_edits_read(CoPtexOpening *opening, uint64_t begin, uint64_t end, bool to_end)
@@ -58,7 +53,6 @@ bool co_ptex_edits_read(CoPtexOpening *opening, uint64_t begin, uint64_t end, bo
         if (to_end && size > end - begin)
             return true;
         CO_PTEX_CHECK(opening, size <= end - begin, "an edit of %u bytes overruns its data", size);
-        opening->file->has_edits = true;
         if (type == 0 && !edit_face(opening, begin, size))
             return false;
         if (type == 1 && !edit_meta(opening, begin, size))

@@ -80,7 +80,6 @@ static bool read_header(CoPtexOpening *opening, Header *header)
     file->channels = co_load_u16(p + 20);
     file->levels = co_load_u16(p + 22);
     file->faces_count = co_load_u32(p + 24);
-    file->minor_version = co_load_u32(p + 44);
     CO_PTEX_CHECK(opening, file->channels >= 1, "no channels");
     CO_PTEX_CHECK(opening, file->alpha >= -1 && file->alpha < (int32_t)file->channels,
                   "alpha channel %d of %u", file->alpha, file->channels);
@@ -150,40 +149,28 @@ static bool read_faces(CoPtexOpening *opening, const Header *header, uint64_t *o
     return ok;
 }
 
-static bool read_meta(CoPtexOpening *opening, const Header *header, uint64_t *offset)
+static bool check_meta(CoPtexOpening *opening, const Header *header, uint64_t *offset)
 {
-    CoPtexFile *file = opening->file;
     CO_PTEX_CHECK(opening, header->meta_packed || header->meta_size == 0,
                   "%u bytes of metadata in none", header->meta_size);
-    if (header->meta_packed) {
-        if (!co_ptex_claim(opening, *offset, header->meta_packed, header->meta_size, "metadata"))
-            return false;
-        unsigned char *bytes = co_ptex_keep(file, header->meta_size);
-        CO_CHECK_MEMORY(bytes, opening->err);
-        if (!co_ptex_inflate_at(opening, *offset, header->meta_packed, bytes, header->meta_size,
-                                "metadata") ||
-            !co_ptex_meta_parse(opening, bytes, header->meta_size))
-            return false;
-        *offset += header->meta_packed;
-    }
+    if (header->meta_packed &&
+        !co_ptex_meta_check(opening, *offset, header->meta_packed, header->meta_size, NULL))
+        return false;
+    *offset += header->meta_packed;
     if (header->large_packed == 0) {
         CO_PTEX_CHECK(opening, header->large_size == 0 && header->large_data == 0,
                       "large metadata without a header");
         return true;
     }
-    if (!co_ptex_claim(opening, *offset + 8, header->large_packed, header->large_size,
-                       "large metadata"))
+    *offset += 8; // the barrier
+    if (!co_ptex_meta_check(opening, *offset, header->large_packed, header->large_size,
+                            &header->large_data))
         return false;
-    unsigned char *bytes = co_ptex_keep(file, header->large_size);
-    CO_CHECK_MEMORY(bytes, opening->err);
-    uint64_t items = *offset + 8 + header->large_packed; // 8: the barrier
-    if (!co_ptex_inflate_at(opening, *offset + 8, header->large_packed, bytes, header->large_size,
-                            "large metadata"))
-        return false;
-    CO_PTEX_CHECK(opening, header->large_data <= opening->size - items,
+    *offset += header->large_packed;
+    CO_PTEX_CHECK(opening, header->large_data <= opening->size - *offset,
                   "its large metadata lie outside the file");
-    *offset = items + header->large_data;
-    return co_ptex_meta_large(opening, bytes, header->large_size, items, header->large_data);
+    *offset += header->large_data;
+    return true;
 }
 
 static bool read_edits(CoPtexOpening *opening, const Header *header, uint64_t offset)
@@ -212,12 +199,11 @@ static bool read_all(CoPtexOpening *opening)
     uint64_t offset = 64 + (uint64_t)header.ext_size;
     if (!read_faces(opening, &header, &offset) ||
         !co_ptex_levels_read(opening, header.level_data_size, &offset) ||
-        !read_meta(opening, &header, &offset) || !read_edits(opening, &header, offset))
+        !check_meta(opening, &header, &offset) || !read_edits(opening, &header, offset))
         return false;
     CoPtexFile *file = opening->file;
     file->stamps = co_ptex_keep(file, file->block_count * sizeof *file->stamps);
     CO_CHECK_MEMORY(file->stamps, opening->err);
-    co_ptex_meta_finish(file);
     return true;
 }
 
@@ -254,7 +240,6 @@ void co_ptex_close(CoPtexFile *file)
     }
     co_free(CO_MEMORY_TEXTURE, file->blocks, file->block_capacity * sizeof *file->blocks);
     co_free(CO_MEMORY_TEXTURE, file->tilings, file->tiling_capacity * sizeof *file->tilings);
-    co_free(CO_MEMORY_TEXTURE, file->meta, file->meta_capacity * sizeof *file->meta);
     co_mapped_file_close(&file->map);
     co_free(CO_MEMORY_TEXTURE, file, sizeof *file);
 }

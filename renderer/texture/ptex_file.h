@@ -79,26 +79,14 @@ typedef struct CoPtexTiling {
     uint32_t first;
 } CoPtexTiling;
 
-typedef struct CoPtexMeta {
-    const char *key;  // NUL-terminated
-    uint8_t type;     // 0 string, 1 int8, 2 int16, 3 int32, 4 float, 5 double
-    uint32_t size;    // bytes of the value; strings count their NUL
-    uint32_t order;   // place in the file
-    const void *data; // the value; NULL for a large one
-    uint64_t packed;  // of a large one: offset of its zlib stream in the file
-    uint32_t packed_size;
-} CoPtexMeta;
-
 typedef struct CoPtexFile {
     CoMappedFile map;
     bool is_triangle;
     CoPtexType type;
     int32_t alpha; // channel, -1 = none
-    uint32_t minor_version;
     uint32_t channels, levels, faces_count;
     CoPtexBorder u_border, v_border;
     bool is_tangent; // edge filter mode tanvec
-    bool has_edits;
     uint32_t level_faces[CO_PTEX_LEVELS];
     uint64_t level_bytes[CO_PTEX_LEVELS];
     uint32_t level_header_bytes[CO_PTEX_LEVELS];
@@ -113,10 +101,7 @@ typedef struct CoPtexFile {
     CoPtexTiling *tilings;
     uint32_t tiling_count;
     size_t tiling_capacity;
-    CoPtexMeta *meta; // by key; later entries of a key have replaced earlier ones
-    uint32_t meta_count;
-    size_t meta_capacity;
-    struct CoPtexBytes *owned; // inflated metadata
+    struct CoPtexBytes *owned; // the arrays that have no capacity
 } CoPtexFile;
 
 // Bytes of one channel, and of one pixel.
@@ -134,9 +119,6 @@ static inline uint32_t co_ptex_pixel_size(const CoPtexFile *file)
 // read-only but for its stamps; any number may read it.
 CoPtexFile *co_ptex_open(const char *path, CohortError *err);
 void co_ptex_close(CoPtexFile *file);
-
-// Copies the value of one metadata entry, meta[index].size bytes, to `out`.
-bool co_ptex_meta_value(const CoPtexFile *file, uint32_t index, void *out, CohortError *err);
 
 // Where the texels of a face at some resolution come from.
 typedef struct CoPtexSource {

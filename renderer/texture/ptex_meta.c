@@ -1,27 +1,19 @@
-// Metadata of a Ptex file.
+// Metadata of a Ptex file: checked, so that what is broken is refused, and not kept.
 
 #include "texture/ptex_open.h"
 
-// Bytes of one element of each metadata type.
+// Bytes of one element of each metadata type: string, int8, int16, int32, float, double.
 static const uint32_t element_sizes[] = {1, 1, 2, 4, 4, 8};
 
-static bool push(CoPtexOpening *opening, const CoPtexMeta *meta)
-{
-    CoPtexFile *file = opening->file;
-    void *entries = file->meta;
-    bool ok = co_grow(CO_MEMORY_TEXTURE, &entries, file->meta_count, &file->meta_capacity,
-                      sizeof *file->meta);
-    CO_CHECK(ok, opening->err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    file->meta = entries;
-    file->meta[file->meta_count] = *meta;
-    file->meta[file->meta_count].order = file->meta_count;
-    file->meta_count++;
-    return true;
-}
+typedef struct Entry {
+    const char *key; // NUL-terminated
+    uint8_t type;
+    uint32_t size; // bytes of the value; strings count their NUL
+} Entry;
 
 // One entry up to its value: u8 key size, key with its NUL, u8 type, u32 value size. Returns the
 // bytes read, 0 when the entry is broken.
-static size_t read_key(const unsigned char *p, size_t left, CoPtexMeta *out)
+static size_t read_key(const unsigned char *p, size_t left, Entry *out)
 {
     if (left < 1 || p[0] < 1 || left < (size_t)p[0] + 6 || p[p[0]] != 0)
         return 0;
@@ -35,79 +27,52 @@ static size_t read_key(const unsigned char *p, size_t left, CoPtexMeta *out)
     return key_size + 6;
 }
 
-bool co_ptex_meta_parse(CoPtexOpening *opening, const unsigned char *data, size_t size)
+static bool check_entries(CoPtexOpening *opening, const unsigned char *data, size_t size)
 {
     while (size > 0) {
-        CoPtexMeta meta = {0};
-        size_t used = read_key(data, size, &meta);
+        Entry entry;
+        size_t used = read_key(data, size, &entry);
         CO_PTEX_CHECK(opening, used > 0, "its metadata have a broken key");
-        CO_PTEX_CHECK(opening, meta.size <= size - used, "metadata %s are cut", meta.key);
-        meta.data = data + used;
-        CO_PTEX_CHECK(opening, meta.type != 0 || (meta.size > 0 && data[used + meta.size - 1] == 0),
-                      "metadata %s do not end in NUL", meta.key);
-        if (!push(opening, &meta))
-            return false;
-        data += used + meta.size;
-        size -= used + meta.size;
+        CO_PTEX_CHECK(opening, entry.size <= size - used, "metadata %s are cut", entry.key);
+        used += entry.size;
+        CO_PTEX_CHECK(opening, entry.type != 0 || (entry.size > 0 && data[used - 1] == 0),
+                      "metadata %s do not end in NUL", entry.key);
+        data += used;
+        size -= used;
     }
     return true;
 }
 
-bool co_ptex_meta_large(CoPtexOpening *opening, const unsigned char *headers, size_t size,
-                        uint64_t items, uint64_t items_size)
+static bool check_large(CoPtexOpening *opening, const unsigned char *headers, size_t size,
+                        uint64_t items_size)
 {
     while (size > 0) {
-        CoPtexMeta meta = {0};
-        size_t used = read_key(headers, size, &meta);
+        Entry entry;
+        size_t used = read_key(headers, size, &entry);
         CO_PTEX_CHECK(opening, used > 0 && size - used >= 4,
                       "its large metadata have a broken key");
-        meta.packed = items;
-        meta.packed_size = co_load_u32(headers + used);
-        CO_PTEX_CHECK(opening,
-                      meta.packed_size <= items_size &&
-                          co_inflate_is_possible(meta.packed_size, meta.size),
-                      "large metadata %s: %u bytes in %u", meta.key, meta.size, meta.packed_size);
-        if (!push(opening, &meta))
-            return false;
-        items += meta.packed_size;
-        items_size -= meta.packed_size;
+        uint32_t packed = co_load_u32(headers + used);
+        CO_PTEX_CHECK(opening, packed <= items_size && co_inflate_is_possible(packed, entry.size),
+                      "large metadata %s: %u bytes in %u", entry.key, entry.size, packed);
+        items_size -= packed;
         headers += used + 4;
         size -= used + 4;
     }
     return true;
 }
 
-static int by_key(const void *left, const void *right)
+bool co_ptex_meta_check(CoPtexOpening *opening, uint64_t offset, uint32_t packed, uint32_t size,
+                        const uint64_t *items_size)
 {
-    const CoPtexMeta *a = left, *b = right;
-    int order = strcmp(a->key, b->key);
-    return order ? order : (a->order > b->order) - (a->order < b->order);
-}
-
-void co_ptex_meta_finish(CoPtexFile *file)
-{
-    if (file->meta_count == 0)
-        return;
-    qsort(file->meta, file->meta_count, sizeof *file->meta, by_key);
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < file->meta_count; i++)
-        if (i + 1 == file->meta_count || strcmp(file->meta[i].key, file->meta[i + 1].key) != 0)
-            file->meta[kept++] = file->meta[i];
-    file->meta_count = kept;
-}
-
-bool co_ptex_meta_value(const CoPtexFile *file, uint32_t index, void *out, CohortError *err)
-{
-    const CoPtexMeta *meta = &file->meta[index];
-    if (meta->data) {
-        memcpy(out, meta->data, meta->size);
-        return true;
-    }
-    CoInflate inflate = {0};
-    bool ok = co_inflate(&inflate, (const unsigned char *)file->map.data + meta->packed,
-                         meta->packed_size, out, meta->size, NULL, NULL);
-    co_inflate_clear(&inflate);
-    CO_CHECK(ok, err, COHORT_ERROR_TEXTURE,
-             "broken Ptex file: metadata %s do not decompress to %u bytes", meta->key, meta->size);
-    return true;
+    const char *what = items_size ? "large metadata" : "metadata";
+    if (!co_ptex_claim(opening, offset, packed, size, what))
+        return false;
+    size_t room = (size_t)size + 1; // a stream may hold nothing
+    unsigned char *bytes = co_alloc(CO_MEMORY_TEXTURE, room);
+    CO_CHECK_MEMORY(bytes, opening->err);
+    bool ok = co_ptex_inflate_at(opening, offset, packed, bytes, size, what) &&
+              (items_size ? check_large(opening, bytes, size, *items_size)
+                          : check_entries(opening, bytes, size));
+    co_free(CO_MEMORY_TEXTURE, bytes, room);
+    return ok;
 }

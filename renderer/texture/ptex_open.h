@@ -71,15 +71,10 @@ bool co_ptex_levels_read(CoPtexOpening *opening, uint64_t data_size, uint64_t *o
 bool co_ptex_block_add(CoPtexOpening *opening, const CoPtexBlock *block, int ulog2, int vlog2,
                        uint32_t index, uint32_t *out);
 
-// Metadata entries [data, data + size), which must outlive the file.
-bool co_ptex_meta_parse(CoPtexOpening *opening, const unsigned char *data, size_t size);
-
-// Large metadata: inflated headers, then items from file offset `items` on, `items_size` bytes.
-bool co_ptex_meta_large(CoPtexOpening *opening, const unsigned char *headers, size_t size,
-                        uint64_t items, uint64_t items_size);
-
-// Sorts the metadata by key and drops replaced entries.
-void co_ptex_meta_finish(CoPtexFile *file);
+// Checks the metadata entries that a stream at `offset` inflates to. With `items_size` their values
+// are streams of their own, of so many bytes in all.
+bool co_ptex_meta_check(CoPtexOpening *opening, uint64_t offset, uint32_t packed, uint32_t size,
+                        const uint64_t *items_size);
 
 // Edit blocks in [begin, end) of the file. Old files have no size: `to_end` lets a cut block end
 // it.
