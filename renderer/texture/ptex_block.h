@@ -63,7 +63,7 @@ static inline float co_ptex_one(CoPtexType type)
 }
 
 // A whole face at a resolution, interleaved, v-major, in the file's data type. `out` holds
-// co_ptex_block_size bytes. For conversions and inspection, not for lookups.
+// co_ptex_block_size bytes. For conversions, not for lookups.
 bool co_ptex_face_texels(const CoPtexFile *file, uint32_t face, int ulog2, int vlog2,
                          CoPtexDecoder *decoder, void *out, CohortError *err);
 

@@ -1,8 +1,5 @@
 #include "texture/ptex_filter.h"
 
-#include "base/error.h"
-#include "base/memory.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -323,69 +320,4 @@ void co_ptex_turn(const CoPtexFile *file, int rotation, uint32_t count, float *s
     float x = sum[0], y = sum[1];
     sum[0] = rotation == 1 ? -y : rotation == 2 ? -x : y;
     sum[1] = rotation == 1 ? x : rotation == 2 ? -y : -x;
-}
-
-typedef struct Evaluation {
-    const CoPtexFile *file;
-    CoPtexDecoder *decoder;
-    uint16_t channels[CO_PTEX_CHANNELS_MOST];
-    uint32_t count;
-    float *sum;
-    bool ok, is_short; // not ok for want of memory
-} Evaluation;
-
-static void add_part(void *context, uint32_t face, const CoPtexKernel *kernel)
-{
-    Evaluation *e = context;
-    float sum[CO_PTEX_CHANNELS_MOST];
-    CoPtexSource source;
-    CoPtexPart part = {kernel->u,  kernel->v, (uint32_t)kernel->uw, (uint32_t)kernel->vw,
-                       kernel->ku, kernel->kv};
-    if (!e->ok || !co_ptex_locate(e->file, face, kernel->ulog2, kernel->vlog2, &source))
-        return;
-    if (source.block == CO_PTEX_NO_BLOCK) {
-        float weight = co_ptex_weight(kernel);
-        for (uint32_t i = 0; i < e->count; i++)
-            e->sum[i] += weight * co_ptex_pixel_value(e->file->type, source.pixel, e->channels[i]);
-        return;
-    }
-    size_t size = co_ptex_block_size(e->file, source.ulog2, source.vlog2);
-    void *texels = co_alloc(CO_MEMORY_TEXTURE, size);
-    e->ok = texels && co_ptex_block_decode(e->file, source.block, source.ulog2, source.vlog2,
-                                           e->decoder, texels);
-    e->is_short = !e->ok && (!texels || co_ptex_decoder_is_short(e->decoder));
-    if (e->ok) {
-        co_ptex_halve_all(e->file, &source, texels);
-        co_ptex_sum(e->file->type, texels, kernel->ulog2, kernel->vlog2, &part, e->channels,
-                    e->count, sum);
-        co_ptex_turn(e->file, kernel->rotation, e->count, sum);
-        for (uint32_t i = 0; i < e->count; i++)
-            e->sum[i] += sum[i];
-    }
-    co_free(CO_MEMORY_TEXTURE, texels, size);
-}
-
-bool co_ptex_evaluate(const CoPtexFile *file, const CoPtexFilter *filter, const CoPtexQuery *query,
-                      uint32_t first, uint32_t count, CoPtexDecoder *decoder, float *out,
-                      CohortError *err)
-{
-    CO_CHECK(!file->is_triangle, err, COHORT_ERROR_TEXTURE,
-             "triangle Ptex files have no bilinear or box filter");
-    CO_CHECK(query->face < file->faces_count && first < file->channels && count >= 1 &&
-                 count <= file->channels - first && count <= CO_PTEX_CHANNELS_MOST,
-             err, COHORT_ERROR_ARGUMENT, "face %u, channels %u to %u of %u faces and %u channels",
-             query->face, first, first + count, file->faces_count, file->channels);
-    Evaluation e = {.file = file, .decoder = decoder, .count = count, .sum = out, .ok = true};
-    for (uint32_t i = 0; i < count; i++) {
-        e.channels[i] = (uint16_t)(first + i);
-        out[i] = 0;
-    }
-    float weight = co_ptex_filter(file, filter, query, add_part, &e);
-    CO_CHECK(!e.is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    CO_CHECK(e.ok, err, COHORT_ERROR_TEXTURE, "broken Ptex file: a block near face %u is damaged",
-             query->face);
-    float scale = weight * co_ptex_one(file->type);
-    for (uint32_t i = 0; i < count; i++)
-        out[i] = weight == 0 ? 0 : out[i] / scale;
-    return true;
 }

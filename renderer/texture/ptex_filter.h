@@ -11,8 +11,6 @@
 #include "texture/ptex_block.h"
 #include "texture/ptex_kernel.h"
 
-#define CO_PTEX_CHANNELS_MOST 16 // channels one query may ask for
-
 typedef enum CoPtexFilterKind {
     CO_PTEX_FILTER_BILINEAR = 0,
     CO_PTEX_FILTER_BOX
@@ -38,12 +36,6 @@ typedef void CoPtexPartFn(void *context, uint32_t face, const CoPtexKernel *kern
 // however senseless, ends: the number of parts is bounded.
 float co_ptex_filter(const CoPtexFile *file, const CoPtexFilter *filter, const CoPtexQuery *query,
                      CoPtexPartFn *fn, void *context);
-
-// Evaluates one query at once, without schedule or cache: channels [first, first + count) to `out`,
-// integers scaled to [0, 1]. For inspection; rendering goes through co_textures_evaluate.
-bool co_ptex_evaluate(const CoPtexFile *file, const CoPtexFilter *filter, const CoPtexQuery *query,
-                      uint32_t first, uint32_t count, CoPtexDecoder *decoder, float *out,
-                      CohortError *err);
 
 // Turns the first two channels of a part's sum back where the file's edge filter mode is tanvec.
 void co_ptex_turn(const CoPtexFile *file, int rotation, uint32_t count, float *sum);

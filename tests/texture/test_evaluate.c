@@ -1,12 +1,12 @@
 // Batches of lookups: the same bits in every schedule, and every block read once. Also tests
 // ptex_request.c, reader.c and request.c.
 
+#include "ptex_evaluate.h"
 #include "support/faults.h"
 #include "texture_support.h"
 
 #include "base/memory.h"
 #include "base/parallel.h"
-#include "texture/ptex_filter.h"
 #include "texture/textures.h"
 
 #include <math.h>
@@ -119,7 +119,7 @@ static void a_batch_equals_single_evaluations(void **state)
         const CoLookup *l = &lookups[i];
         CoPtexQuery query = {l->face, l->s, l->t, l->ds0, l->dt0, l->ds1, l->dt1, 1, 0};
         float rgb[3];
-        assert_true(co_ptex_evaluate(file, &(CoPtexFilter){0}, &query, 0, 3, &decoder, rgb, &err));
+        assert_true(evaluate_ptex(file, &(CoPtexFilter){0}, &query, 0, 3, &decoder, rgb));
         assert_memory_equal(rgb, results[i], sizeof rgb);
         assert_true(results[i][3] == 1);
     }
@@ -158,8 +158,8 @@ static void tiled_files_agree_with_single_evaluations(void **state)
             CoPtexQuery query = {l->face, l->s, l->t, l->ds0, l->dt0, l->ds1, l->dt1, 1, 0};
             float first[2];
             uint32_t channels = file->channels < 2 ? 1 : 2;
-            assert_true(co_ptex_evaluate(file, &(CoPtexFilter){0}, &query, 0, channels, &decoder,
-                                         first, &err));
+            assert_true(
+                evaluate_ptex(file, &(CoPtexFilter){0}, &query, 0, channels, &decoder, first));
             for (uint32_t c = 0; c < channels; c++) // cut at tiles, the sums round otherwise
                 assert_true(fabsf(first[c] - results[i][c]) < 2e-6f);
         }
