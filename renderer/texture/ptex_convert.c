@@ -99,7 +99,7 @@ static bool convert_face(Conversion *c, uint32_t face)
         levels[level] = out;
         out += ((size_t)1 << (info.ulog2 + info.vlog2 - 2 * level)) * c->channels;
     }
-    return co_ptex_writer_face_levels(c->writer, face, &info, levels, (uint32_t)last + 1, c->err);
+    return co_ptex_writer_face(c->writer, face, &info, levels, (uint32_t)last + 1, c->err);
 }
 
 static bool convert(const CoTextureColor *color, const CoPtexFile *file, const char *path,

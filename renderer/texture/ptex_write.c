@@ -153,18 +153,12 @@ static bool add_face(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info
     return true;
 }
 
-bool co_ptex_writer_face_levels(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
-                                const void *const *levels, uint32_t level_count, CohortError *err)
+bool co_ptex_writer_face(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
+                         const void *const *levels, uint32_t level_count, CohortError *err)
 {
     bool ok = add_face(writer, face, info, levels, level_count, err);
     writer->has_failed |= !ok;
     return ok;
-}
-
-bool co_ptex_writer_face(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
-                         const void *texels, CohortError *err)
-{
-    return co_ptex_writer_face_levels(writer, face, info, &texels, 1, err);
 }
 
 // ---- The file --------------------------------------------------------------------------------

@@ -5,7 +5,7 @@
 //
 //     CoPtexWriter *writer = co_ptex_writer_create("out.ptx", &desc, &err);
 //     for (uint32_t face = 0; face < desc.face_count; face++)
-//         co_ptex_writer_face(writer, face, &info[face], texels[face], &err);
+//         co_ptex_writer_face(writer, face, &info[face], levels[face], 1, &err);
 //     co_ptex_writer_finish(writer, &err);   // NULL-safe; frees the writer in any case
 
 #ifndef CO_TEXTURE_PTEX_WRITE_H
@@ -33,16 +33,13 @@ typedef struct CoPtexWriteDesc {
 CoPtexWriter *co_ptex_writer_create(const char *path, const CoPtexWriteDesc *desc,
                                     CohortError *err);
 
-// Adds one face; each once, in any order. `texels` holds 2^vlog2 rows from v = 0 of 2^ulog2 pixels,
-// interleaved, little-endian. Of info's flags only CO_PTEX_SUBFACE is used. Faces left out become
-// one black texel without neighbors. After a failure the file will not be finished.
+// Adds one face; each once, in any order. levels[0] holds 2^vlog2 rows from v = 0 of 2^ulog2
+// pixels, interleaved, little-endian; levels[k] has half the sides of levels[k - 1]. Levels that
+// the format stores and that are not given are averaged. Of info's flags only CO_PTEX_SUBFACE is
+// used. Faces left out become one black texel without neighbors. After a failure the file will not
+// be finished.
 bool co_ptex_writer_face(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
-                         const void *texels, CohortError *err);
-
-// The same with coarser levels given: levels[k] has half the sides of levels[k - 1] (planes and
-// order as for `texels`). Levels that the format stores and that are not given are averaged.
-bool co_ptex_writer_face_levels(CoPtexWriter *writer, uint32_t face, const CoPtexFace *info,
-                                const void *const *levels, uint32_t level_count, CohortError *err);
+                         const void *const *levels, uint32_t level_count, CohortError *err);
 
 // Writes the file and moves it to its path in one step; frees the writer. False when this or any
 // earlier call failed.

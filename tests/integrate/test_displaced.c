@@ -158,7 +158,8 @@ static void write_heights(const char *path, CohortError *err)
         for (int k = 0; k < 16; k++)
             texels[k] = 0.1f * (float)(face + 1) + (k % 3 == 0 ? 0.2f : 0.0f);
         CoPtexFace info = {.ulog2 = 2, .vlog2 = 2, .adjfaces = {-1, -1, -1, -1}};
-        TEST_OK(co_ptex_writer_face(writer, face, &info, texels, err), err);
+        TEST_OK(co_ptex_writer_face(writer, face, &info, (const void *const[]){texels}, 1, err),
+                err);
     }
     TEST_OK(co_ptex_writer_finish(writer, err), err);
 }

@@ -67,7 +67,7 @@ static void write_channels(const char *path, uint32_t channels, int alpha)
         texels[i] = (unsigned char)(51 * (i % channels % 5 + 1));
     CoPtexWriter *writer = co_ptex_writer_create(path, &desc, &err);
     assert_non_null(writer);
-    assert_true(co_ptex_writer_face(writer, 0, &info, texels, &err));
+    assert_true(co_ptex_writer_face(writer, 0, &info, (const void *const[]){texels}, 1, &err));
     assert_true(co_ptex_writer_finish(writer, &err));
 }
 
@@ -145,7 +145,7 @@ static void odd_faces_are_converted(void **state)
     CoPtexFace info = {.ulog2 = 2, .vlog2 = 0, .adjfaces = {-1, -1, -1, -1}};
     const float odd[12] = {NAN, INFINITY, -INFINITY, 1, 1, 1, -1, 0, 2, .5f, .5f, .5f};
     CoPtexWriter *writer = co_ptex_writer_create(in_folder("odd.ptx"), &desc, &err);
-    assert_true(co_ptex_writer_face(writer, 1, &info, odd, &err));
+    assert_true(co_ptex_writer_face(writer, 1, &info, (const void *const[]){odd}, 1, &err));
     assert_true(co_ptex_writer_finish(writer, &err));
     CoPtexFile *file = co_ptex_open(in_folder("odd.ptx"), &err);
     char *path;

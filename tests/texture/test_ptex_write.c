@@ -32,7 +32,8 @@ static void check_rewrite(const char *name)
     for (uint32_t i = 0; i < a->faces_count; i++) {
         uint32_t face = a->faces_count - 1 - i; // any order will do
         void *texels = texels_of(a, face, a->faces[face].ulog2, a->faces[face].vlog2);
-        assert_true(co_ptex_writer_face(writer, face, &a->faces[face], texels, &err));
+        assert_true(co_ptex_writer_face(writer, face, &a->faces[face],
+                                        (const void *const[]){texels}, 1, &err));
         free(texels);
     }
     assert_true(co_ptex_writer_finish(writer, &err));
@@ -90,8 +91,10 @@ static void the_writer_refuses_nonsense(void **state)
         bad.ulog2 = fault == 0 ? 20 : 0;
         bad.adjfaces[2] = fault == 1 ? 2 : -1;
         if (fault == 3)
-            assert_true(co_ptex_writer_face(writer, 0, &info, texel, &err));
-        assert_false(co_ptex_writer_face(writer, fault == 2 ? 2 : 0, &bad, texel, &err));
+            assert_true(
+                co_ptex_writer_face(writer, 0, &info, (const void *const[]){texel}, 1, &err));
+        assert_false(co_ptex_writer_face(writer, fault == 2 ? 2 : 0, &bad,
+                                         (const void *const[]){texel}, 1, &err));
         assert_false(co_ptex_writer_finish(writer, &err));
         assert_int_not_equal(access(in_folder("no.ptx"), F_OK), 0);
     }
@@ -99,7 +102,7 @@ static void the_writer_refuses_nonsense(void **state)
     // Faces that are left out are one black texel.
     CoPtexWriter *writer = co_ptex_writer_create(in_folder("one.ptx"), &desc, &err);
     info.ulog2 = info.vlog2 = 1;
-    assert_true(co_ptex_writer_face(writer, 1, &info, texel, &err));
+    assert_true(co_ptex_writer_face(writer, 1, &info, (const void *const[]){texel}, 1, &err));
     assert_true(co_ptex_writer_finish(writer, &err));
     CoPtexFile *file = co_ptex_open(in_folder("one.ptx"), &err);
     assert_int_equal(file->faces[0].flags, CO_PTEX_CONSTANT);
@@ -178,7 +181,7 @@ static bool write_three(const unsigned char *texels, CohortError *err)
         .face_count = 3, .type = CO_PTEX_U8, .channels = 4, .has_alpha = true, .alpha = 3};
     CoPtexWriter *writer = co_ptex_writer_create(in_folder("three.ptx"), &desc, err);
     for (uint32_t i = 0; writer && i < 3; i++)
-        if (!co_ptex_writer_face(writer, i, &infos[i], texels, err))
+        if (!co_ptex_writer_face(writer, i, &infos[i], (const void *const[]){texels}, 1, err))
             break;
     return co_ptex_writer_finish(writer, err);
 }

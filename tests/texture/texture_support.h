@@ -44,7 +44,8 @@ static inline void write_grid(const char *path, uint32_t side, int log2, CoPtexT
             else
                 memcpy(texels + 2 * i, &word, 2);
         }
-        assert_true(co_ptex_writer_face(writer, face, &info, texels, &err));
+        assert_true(
+            co_ptex_writer_face(writer, face, &info, (const void *const[]){texels}, 1, &err));
     }
     free(texels);
     assert_true(co_ptex_writer_finish(writer, &err));
