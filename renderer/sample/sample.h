@@ -14,8 +14,7 @@ typedef enum CoDecision {
     CO_DECISION_CAMERA = 0, // filter x, y; lens x, y
     CO_DECISION_BSDF,       // direction x, y; lobe
     CO_DECISION_LIGHT,      // position x, y; light
-    CO_DECISION_ROULETTE,   // survival
-    CO_DECISION_COUNT
+    CO_DECISION_ROULETTE    // survival
 } CoDecision;
 
 // The path whose numbers are drawn. Even and odd samples are two half films with scrambles of their
