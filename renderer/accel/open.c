@@ -85,8 +85,10 @@ static void open_deeper(void *context, size_t begin, size_t end, uint32_t worker
     (void)worker;
     for (size_t i = begin; i < end; i++) {
         const CoRange *range = &d->outer->ranges[i];
-        CoWideSplit *split = co_wide_split_create(range->count, 1);
-        if (!split || !open_range(&d->inner[i], split, d->prims->prims, range, d->limit))
+        bool is_large = range->count > CO_SPLIT_LARGE;
+        CoWideSplit *split = is_large ? co_wide_split_create(range->count, 1) : NULL;
+        if ((is_large && !split) ||
+            !open_range(&d->inner[i], split, d->prims->prims, range, d->limit))
             d->is_out_of_memory = true;
         co_wide_split_destroy(split);
     }

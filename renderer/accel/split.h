@@ -23,6 +23,10 @@ typedef struct CoRange {
 // Splits a range of at least 2 prims into two that are not empty, in place.
 void co_split_range(CoBuildPrim *prims, const CoRange *range, CoRange halves[2]);
 
+enum {
+    CO_SPLIT_LARGE = 8192 // ranges of at most so many are split at once, without a CoWideSplit
+};
+
 // The same for large ranges, of at most `most` prims, by all threads or, with one
 // worker, by the caller. NULL when memory ends.
 typedef struct CoWideSplit CoWideSplit;

@@ -7,7 +7,7 @@
 
 enum {
     BLOCK = 4096,
-    FEW = 2 // blocks that are not worth waking a thread, nor the second look at each
+    FEW = CO_SPLIT_LARGE / BLOCK // not worth waking a thread, nor the second look at each
 };
 
 struct CoWideSplit {
@@ -209,7 +209,7 @@ void co_wide_split_range(CoWideSplit *s, CoBuildPrim *prims, const CoRange *rang
                          CoRange halves[2])
 {
     CoSplit split = {.axis = -1};
-    if (range->count <= FEW * BLOCK) {
+    if (range->count <= CO_SPLIT_LARGE) {
         co_split_range(prims, range, halves);
         return;
     }
