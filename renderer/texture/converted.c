@@ -116,6 +116,22 @@ static void linearize(void *context, size_t begin, size_t end, uint32_t worker)
     }
 }
 
+CoTextureColor co_texture_named(const CoTexturesOptions *options, const char *space)
+{
+    return (CoTextureColor){
+        .space = space, .is_raw = strcmp(space, "raw") == 0, .options = options};
+}
+
+bool co_texture_ruled(const CoTexturesOptions *options, const char *path, CoTextureColor *out)
+{
+    const char *space = NULL;
+    if (options->space_of_file)
+        space = options->space_of_file(options->cookie, path);
+    if (space)
+        *out = co_texture_named(options, space);
+    return space != NULL;
+}
+
 CoTextureColor co_texture_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                                 bool auto_is_raw)
 {
@@ -127,8 +143,7 @@ CoTextureColor co_texture_color(const CoTexturesOptions *options, const CohortTe
     case COHORT_COLOR_SRGB:
         break;
     case COHORT_COLOR_NAMED:
-        color.space = desc->color_space_name ? desc->color_space_name : "";
-        color.is_raw = strcmp(color.space, "raw") == 0;
+        color = co_texture_named(options, desc->color_space_name ? desc->color_space_name : "");
         break;
     case COHORT_COLOR_AUTO:
         color.is_raw = auto_is_raw;

@@ -18,6 +18,13 @@ typedef struct CoTextureColor {
 CoTextureColor co_texture_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                                 bool auto_is_raw);
 
+// A space by name, "raw" among them.
+CoTextureColor co_texture_named(const CoTexturesOptions *options, const char *space);
+
+// The colors that the file rules of the color config give a file; false where they have no word for
+// it.
+bool co_texture_ruled(const CoTexturesOptions *options, const char *path, CoTextureColor *out);
+
 // Converts `count` pixels of `channels` floats in place: one is gray, two are gray and alpha, three
 // are RGB, and from the fourth on nothing is color. What is not finite becomes 0. False when the
 // color space is unknown.

@@ -80,24 +80,16 @@ static const char *space_of_primaries(const float xy[8])
     return NULL;
 }
 
-static CoTextureColor named_color(const CoTexturesOptions *options, const char *space)
-{
-    return (CoTextureColor){
-        .space = space, .is_raw = strcmp(space, "raw") == 0, .options = options};
-}
-
 // Where the desc leaves it to others: false when none has a word for it, and it is raw.
 static bool find_auto(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                       const char *path, const CoOiioInfo *info, CoTextureColor *out)
 {
     FileSays says = file_says(path, info);
-    const char *space = says == SAYS_NOTHING && options->space_of_file
-                            ? options->space_of_file(options->cookie, path)
-                            : NULL;
+    if (says == SAYS_NOTHING && co_texture_ruled(options, path, out))
+        return true;
     bool is_encoded = says == SAYS_SRGB || (info->is_8bit && info->channels >= 3);
-    *out = space ? named_color(options, space)
-                 : co_texture_color(options, desc, says == SAYS_LINEAR || !is_encoded);
-    return space || !out->is_raw;
+    *out = co_texture_color(options, desc, says == SAYS_LINEAR || !is_encoded);
+    return !out->is_raw;
 }
 
 CoTextureColor co_image_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
@@ -120,11 +112,11 @@ CoTextureColor co_light_image_color(const CoTexturesOptions *options, const Coho
         return co_image_color(options, desc, path, info);
     const char *own = info->has_chromaticities ? space_of_primaries(info->chromaticities) : NULL;
     if (own)
-        return named_color(options, own);
+        return co_texture_named(options, own);
     if (find_auto(options, desc, path, info, &color))
         return color;
     *unknown = info->has_chromaticities;
-    return named_color(options, linear_spaces[0].space);
+    return co_texture_named(options, linear_spaces[0].space);
 }
 
 CohortWrap co_image_wrap(CohortWrap wanted, const char *metadata)

@@ -10,6 +10,9 @@
 CoTextureColor co_ptex_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                              const CoPtexFile *file)
 {
+    CoTextureColor ruled;
+    if (desc->color_space == COHORT_COLOR_AUTO && co_texture_ruled(options, desc->path, &ruled))
+        return ruled;
     bool is_color = file->type == CO_PTEX_U8 && file->channels >= 3 && file->channels <= 4;
     return co_texture_color(options, desc, !is_color);
 }

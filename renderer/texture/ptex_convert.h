@@ -6,7 +6,8 @@
 #include "texture/converted.h"
 #include "texture/ptex_block.h"
 
-// The color space of a Ptex file: what the desc says; else sRGB for uint8 and three or four
+// The color space of a Ptex file, which has no word for it itself: what the desc says; else what
+// the file rules of the color config say of its name; else sRGB for uint8 and three or four
 // channels; else raw.
 CoTextureColor co_ptex_color(const CoTexturesOptions *options, const CohortTextureDesc *desc,
                              const CoPtexFile *file);

@@ -134,6 +134,36 @@ static void three_or_four_bytes_are_colors_unless_somebody_says_otherwise(void *
     }
 }
 
+static const char *rule(void *cookie, const char *path)
+{
+    assert_string_equal(path, "paint.ptx");
+    return cookie;
+}
+
+// As of images: rules come behind what is authored and before what the format suggests.
+static void file_rules_speak_for_files_of_nobody(void **state)
+{
+    (void)state;
+    const CoPtexFile bytes = {.type = CO_PTEX_U8, .channels = 3};
+    const CoPtexFile floats = {.type = CO_PTEX_F32, .channels = 1};
+    char film[] = "film", raw[] = "raw";
+    CohortTextureDesc desc = {.path = "paint.ptx"};
+    CoTexturesOptions options = {.space_of_file = rule, .cookie = film};
+    assert_string_equal(co_ptex_color(&options, &desc, &bytes).space, "film");
+    assert_string_equal(co_ptex_color(&options, &desc, &floats).space, "film");
+    assert_false(co_ptex_color(&options, &desc, &floats).is_raw);
+    desc.color_space = COHORT_COLOR_SRGB;
+    assert_string_equal(co_ptex_color(&options, &desc, &floats).space, "sRGB");
+    desc.color_space = COHORT_COLOR_RAW;
+    assert_true(co_ptex_color(&options, &desc, &bytes).is_raw);
+    desc.color_space = COHORT_COLOR_AUTO;
+    options.cookie = raw;
+    assert_true(co_ptex_color(&options, &desc, &bytes).is_raw);
+    options.cookie = NULL;
+    assert_string_equal(co_ptex_color(&options, &desc, &bytes).space, "sRGB");
+    assert_true(co_ptex_color(&options, &desc, &floats).is_raw);
+}
+
 // Constant faces, faces of one texel and floats that are none.
 static void odd_faces_are_converted(void **state)
 {
@@ -197,6 +227,7 @@ int main(void)
         cmocka_unit_test(display_encoded_files_are_averaged_in_linear_light),
         cmocka_unit_test(alpha_is_no_color_wherever_it_stands),
         cmocka_unit_test(three_or_four_bytes_are_colors_unless_somebody_says_otherwise),
+        cmocka_unit_test(file_rules_speak_for_files_of_nobody),
         cmocka_unit_test(odd_faces_are_converted),
         cmocka_unit_test(conversions_without_memory_are_no_damage),
     };
