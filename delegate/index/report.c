@@ -51,6 +51,44 @@ static bool append(CoReport *report, const CohortReportEntry *entry, const char 
     return true;
 }
 
+static int compare_entries(const void *a, const void *b)
+{
+    const CohortReportEntry *x = a, *y = b;
+    int order = strcmp(x->prim_path, y->prim_path);
+    if (order == 0)
+        order = strcmp(x->name, y->name);
+    if (order == 0)
+        order = strcmp(x->value, y->value);
+    if (order == 0)
+        order = strcmp(x->action, y->action);
+    return order != 0 ? order : (int)x->severity - (int)y->severity;
+}
+
+// The entry of this content; NULL when there is none, or when it was dropped.
+static CohortReportEntry *find(const CoReport *report, const CohortReportEntry *e, const char *key)
+{
+    uint32_t place = co_string_map_find(&report->places, key);
+    if (place >= report->count || compare_entries(&report->entries[place], e) != 0)
+        return NULL;
+    return &report->entries[place];
+}
+
+static bool repeat(CoReport *report, CohortReportEntry *entry, uint64_t count)
+{
+    if (report->is_begun) {
+        void *repeats = report->repeats;
+        bool has_room = co_grow(CO_MEMORY_DELEGATE, &repeats, report->repeat_count,
+                                &report->repeat_capacity, sizeof *report->repeats);
+        report->repeats = repeats;
+        if (!has_room)
+            return false;
+        uint32_t place = (uint32_t)(entry - report->entries);
+        report->repeats[report->repeat_count++] = (CoReportRepeat){place, count};
+    }
+    entry->count += count;
+    return true;
+}
+
 bool co_report_add(CoReport *report, const CohortReportEntry *entry)
 {
     CohortReportEntry e = *entry;
@@ -63,27 +101,29 @@ bool co_report_add(CoReport *report, const CohortReportEntry *entry)
     size_t size;
     if (!make_key(&e, &key, &size))
         return false;
-    bool ok = true;
-    uint32_t place = co_string_map_find(&report->places, key);
-    if (place != COHORT_INVALID_ID)
-        report->entries[place].count += e.count;
-    else
-        ok = append(report, &e, key);
+    CohortReportEntry *known = find(report, &e, key);
+    bool ok = known ? repeat(report, known, e.count) : append(report, &e, key);
     co_free(CO_MEMORY_DELEGATE, key, size);
     return ok;
 }
 
-static int compare_entries(const void *a, const void *b)
+void co_report_begin(CoReport *report)
 {
-    const CohortReportEntry *x = a, *y = b;
-    int order = strcmp(x->prim_path, y->prim_path);
-    if (order == 0)
-        order = strcmp(x->name, y->name);
-    if (order == 0)
-        order = strcmp(x->value, y->value);
-    if (order == 0)
-        order = strcmp(x->action, y->action);
-    return order != 0 ? order : (int)x->severity - (int)y->severity;
+    report->is_begun = true;
+    report->first = report->count;
+    report->mark = co_arena_mark(&report->text);
+    report->repeat_count = 0;
+}
+
+void co_report_end(CoReport *report, bool is_kept)
+{
+    if (report->is_begun && !is_kept) {
+        for (size_t i = 0; i < report->repeat_count; i++)
+            report->entries[report->repeats[i].place].count -= report->repeats[i].count;
+        report->count = report->first;
+        co_arena_rewind(&report->text, report->mark);
+    }
+    report->is_begun = false;
 }
 
 // After a sort the places are stale; the keys are already in the map, so setting them again only
@@ -108,6 +148,7 @@ static void rebuild_places(CoReport *report)
 
 size_t co_report_entries(CoReport *report, const CohortReportEntry **out)
 {
+    report->is_begun = false;
     if (!report->is_sorted && report->count > 1) {
         qsort(report->entries, report->count, sizeof *report->entries, compare_entries);
         rebuild_places(report);
@@ -120,6 +161,7 @@ size_t co_report_entries(CoReport *report, const CohortReportEntry **out)
 void co_report_clear(CoReport *report)
 {
     co_free(CO_MEMORY_DELEGATE, report->entries, report->capacity * sizeof *report->entries);
+    co_free(CO_MEMORY_DELEGATE, report->repeats, report->repeat_capacity * sizeof *report->repeats);
     co_string_map_clear(&report->places);
     co_arena_clear(&report->text);
     memset(report, 0, sizeof *report);

@@ -184,10 +184,13 @@ static bool sync_type(CohortRenderIndex *index, CohortPrimType type, CohortError
         if (!prim || prim->type != type || !prim->dirty)
             continue;
         CoArenaMark mark = co_arena_mark(&pull.arena);
+        co_report_begin(&index->delegate->report);
         co_sync_begin(index, prim);
         ok = (!co_is_stopped(stop) || CO_FAIL(err, COHORT_ERROR_CANCELLED, "stopped")) &&
              sync_prim(index, prim, &pull, err) && co_sync_is_whole(index, prim, &pull, err);
         co_arena_rewind(&pull.arena, mark);
+        // What is pulled again speaks again.
+        co_report_end(&index->delegate->report, ok);
         if (ok) {
             count_bits(index, prim);
             prim->dirty = 0;

@@ -125,6 +125,7 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
 {
     CohortPull pull = {.arena = {.tag = CO_MEMORY_DELEGATE}};
     list->count = 0;
+    co_report_begin(&index->delegate->report);
     bool ok = true;
     for (size_t i = 0; ok && i < container->member_count; i++) {
         const CoPrim *prim = members[container->member_begin + i];
@@ -141,6 +142,7 @@ static bool set_group(CohortRenderIndex *index, CoContainer *container, CoPrim *
         cohort_scene_clear_object(index->scene, container->object);
     }
     co_arena_clear(&pull.arena);
+    co_report_end(&index->delegate->report, ok);
     index->counts.groups_set++;
     index->needs_commit = true;
     container->is_dirty = !ok;

@@ -122,17 +122,26 @@ static bool ran_short(void *cookie)
 // Forgets what was lost for want of memory before: that was another's.
 static void begin(const CohortAdapter *a)
 {
+    co_report_begin(&a->delegate->report);
     co_delegate_has_lost(a->delegate);
     if (a->stage)
         cohort_stage_ran_short(a->stage);
 }
 
-// Whether the stage said all there is since then, and the report got it.
-static bool is_whole(const CohortAdapter *a, CohortError *err)
+// Whether it was done, the stage said all there is since then, and the report got it. What was said
+// where memory ended may be untrue, and what was made of it as well.
+static bool end(const CohortAdapter *a, bool ok, const CohortError *why, CohortError *err)
 {
-    bool has_lost = co_delegate_has_lost(a->delegate), is_short = cohort_stage_ran_short(a->stage);
-    CO_CHECK(!has_lost && !is_short, err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
-    return true;
+    CohortError said = *why;
+    bool has_lost = co_delegate_has_lost(a->delegate);
+    if (has_lost || (a->stage && cohort_stage_ran_short(a->stage))) {
+        said = (CohortError){0};
+        ok = CO_FAIL(&said, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
+    }
+    co_report_end(&a->delegate->report, said.code != COHORT_ERROR_OUT_OF_MEMORY);
+    if (!ok && err && err->code == COHORT_OK)
+        *err = said;
+    return ok;
 }
 
 // What composition leaves out is part of the one report, besides going to the client's callback.
@@ -188,14 +197,15 @@ CohortAdapter *cohort_adapter_open(CohortDelegate *delegate, const char *path,
                                      .get_camera = co_pull_camera,
                                      .get_material = co_pull_material,
                                      .ran_short = ran_short};
+    CohortError why = {0};
     begin(a);
-    if (copy_options(a, options, err))
-        a->stage = open_stage(a, path, err);
+    if (copy_options(a, options, &why))
+        a->stage = open_stage(a, path, &why);
     if (a->stage) {
         cohort_stage_info(a->stage, &a->info);
         a->time = choose_time(a);
     }
-    if (!a->stage || !is_whole(a, err)) {
+    if (!end(a, a->stage != NULL, &why, err)) {
         cohort_adapter_destroy(a);
         return NULL;
     }
@@ -278,15 +288,11 @@ bool cohort_adapter_populate(CohortAdapter *a, CohortError *err)
     CO_CHECK(a->record_count == 0, err, COHORT_ERROR_ARGUMENT, "the stage is in the index already");
     CohortError why = {0};
     begin(a);
-    bool ok = co_resolve_settings(a, &why) && set_color_space(a, &why) && co_walk_stage(a, &why);
-    if (!is_whole(a, err)) // whatever was made of what the stage could not say
-        return false;
-    ok = ok && co_resolve_camera(a, &why) && add_own_lights(a, &why);
+    bool ok = co_resolve_settings(a, &why) && set_color_space(a, &why) && co_walk_stage(a, &why) &&
+              co_resolve_camera(a, &why) && add_own_lights(a, &why);
     if (ok)
         co_resolve_size(a);
-    else if (err && err->code == COHORT_OK)
-        *err = why;
-    return ok && is_whole(a, err);
+    return end(a, ok, &why, err);
 }
 
 // ---- Time --------------------------------------------------------------------------------------
@@ -404,7 +410,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
             cohort_render_index_mark_dirty(a->index, a->records[i].path, bits);
     }
     co_resolve_size(a);
-    return is_whole(a, err);
+    return end(a, true, &(CohortError){0}, err);
 }
 
 // ---- Queries -----------------------------------------------------------------------------------

@@ -62,6 +62,40 @@ static void test_many_entries(void **state)
     co_report_clear(&report);
 }
 
+static void test_what_is_taken_back(void **state)
+{
+    (void)state;
+    CoReport report = {0};
+    const CohortReportEntry *entries;
+    assert_true(add(&report, "/b", "x") && add(&report, "/a", "y"));
+    for (int kept = 0; kept < 2; kept++) {
+        for (int sorted = 0; sorted < 2; sorted++) {
+            co_report_begin(&report);
+            assert_true(add(&report, "/b", "x") && add(&report, "/b", "x"));
+            assert_true(add(&report, "/0", "new") && add(&report, "/0", "new"));
+            assert_true(add(&report, "/c", "newer"));
+            co_report_end(&report, kept);
+            // What was dropped is no entry that could be counted, nor is another in its place.
+            assert_true(kept || add(&report, "/c", "newer"));
+            size_t most = kept ? 4 : 3;
+            if (sorted || kept)
+                assert_int_equal(co_report_entries(&report, &entries), most);
+        }
+    }
+    assert_string_equal(entries[0].prim_path, "/0");
+    const uint64_t counts[] = {4, 1, 5, 4};
+    for (size_t i = 0; i < 4; i++)
+        assert_int_equal(entries[i].count, counts[i]);
+    // What somebody has read stays.
+    co_report_begin(&report);
+    assert_true(add(&report, "/d", "read"));
+    assert_int_equal(co_report_entries(&report, &entries), 5);
+    co_report_end(&report, false);
+    assert_int_equal(co_report_entries(&report, &entries), 5);
+    co_report_clear(&report);
+    assert_int_equal(co_memory_live(CO_MEMORY_DELEGATE), 0);
+}
+
 static void test_out_of_memory(void **state)
 {
     (void)state;
@@ -74,6 +108,15 @@ static void test_out_of_memory(void **state)
         size_t count = co_report_entries(&report, &entries);
         assert_int_equal(count, (size_t)first + (size_t)second);
         assert_true(add(&report, "/c", "z"));
+        // A repeat that could not be taken back is none.
+        co_report_begin(&report);
+        co_memory_fail_after(2);
+        assert_false(add(&report, "/c", "z"));
+        co_memory_fail_after(0);
+        co_report_end(&report, false);
+        assert_int_equal(co_report_entries(&report, &entries), count + 1);
+        for (size_t i = 0; i <= count; i++)
+            assert_int_equal(entries[i].count, 1);
         co_report_clear(&report);
         assert_int_equal(co_memory_live(CO_MEMORY_DELEGATE), 0);
     }
@@ -108,9 +151,8 @@ static void test_string_map(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_repeats_are_counted),
-        cmocka_unit_test(test_many_entries),
-        cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_repeats_are_counted), cmocka_unit_test(test_many_entries),
+        cmocka_unit_test(test_what_is_taken_back),  cmocka_unit_test(test_out_of_memory),
         cmocka_unit_test(test_string_map),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

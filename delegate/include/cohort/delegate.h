@@ -333,8 +333,9 @@ typedef struct CohortReportEntry {
     uint64_t count;     // equal entries
 } CohortReportEntry;
 
-// All entries, sorted by path and name, repeats merged. Pointers live until the next call that adds
-// an entry (sync, execute, adapter calls).
+// All entries, sorted by path and name, repeats merged. What a prim says whose sync fails, for want
+// of memory or stopped, is not among them: it is pulled, and speaks, again. Pointers live until the
+// next call that adds an entry (sync, execute, adapter calls).
 size_t cohort_delegate_report(CohortDelegate *delegate, const CohortReportEntry **out);
 
 // Adds an entry; for scene delegates. Strings are copied. False when out of memory.
