@@ -184,103 +184,100 @@ static void sync_stage(void)
 
 // ---- Tests -------------------------------------------------------------------------------------
 
-static void test_populate(void **state)
+// What was left undone is done when there is memory, and then all is as it should be.
+static void make_good(bool is_populated)
 {
-    (void)state;
+    if (!is_populated)
+        populate_anew();
+    sync_stage();
+    check_report();
+    close_again();
+}
+
+// Refuses each allocation of populating, or of the first sync. Returns how many there are.
+static uint64_t check_faults(bool is_sync)
+{
     open_whole();
     TestFaults faults = {0};
     while (test_faults_next(&faults)) {
         open_again();
         CohortError err = {0};
+        if (is_sync)
+            assert_true(cohort_adapter_populate(stage.adapter, NULL));
         test_faults_begin(&faults);
-        bool ok = cohort_adapter_populate(stage.adapter, &err);
+        bool ok = is_sync ? cohort_render_index_sync(stage.index, &err)
+                          : cohort_adapter_populate(stage.adapter, &err);
         test_faults_end(&faults, ok, &err);
-        if (!ok)
-            populate_anew();
-        sync_stage();
-        check_report();
-        close_again();
+        make_good(ok || is_sync);
     }
-    assert_true(faults.count > 50);
+    return faults.count;
+}
+
+static void test_populate(void **state)
+{
+    (void)state;
+    assert_true(check_faults(false) > 50);
 }
 
 static void test_sync(void **state)
 {
     (void)state;
+    assert_true(check_faults(true) > 20);
+}
+
+typedef CoArena *ArenaFn(void);
+
+static CoArena *adapter_arena(void)
+{
+    return &stage.adapter->arena;
+}
+
+static CoArena *answers_arena(void)
+{
+    return &((CohortStage *)(uintptr_t)cohort_adapter_stage(stage.adapter))->answers_arena;
+}
+
+// Populates and syncs, or syncs alone, with ever more room in an arena, until it is enough.
+// failures[0] counts those of populating, failures[1] those of syncs.
+static void check_room(ArenaFn *arena_of, bool is_sync, size_t step, size_t failures[2])
+{
     open_whole();
-    TestFaults faults = {0};
-    while (test_faults_next(&faults)) {
+    size_t room = 0;
+    failures[0] = failures[1] = 0;
+    for (bool is_done = false; !is_done && room < MOST; room += step) {
         open_again();
+        bool is_populated = is_sync && cohort_adapter_populate(stage.adapter, NULL);
+        CoArena *arena = arena_of();
+        test_arena_leave(arena, room);
         CohortError err = {0};
-        assert_true(cohort_adapter_populate(stage.adapter, NULL));
-        test_faults_begin(&faults);
-        bool ok = cohort_render_index_sync(stage.index, &err);
-        test_faults_end(&faults, ok, &err);
-        if (!ok)
-            assert_true(cohort_render_index_sync(stage.index, NULL));
-        sync_stage();
-        check_report();
-        close_again();
+        is_populated = is_populated || cohort_adapter_populate(stage.adapter, &err);
+        is_done = is_populated && cohort_render_index_sync(stage.index, &err);
+        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        arena->limit = 0;
+        failures[is_populated] += !is_done;
+        make_good(is_populated);
     }
-    assert_true(faults.count > 20);
+    assert_true(room < MOST);
 }
 
 // Whatever does not fit into the memory that the adapter has taken already.
 static void test_the_last_bytes(void **state)
 {
     (void)state;
-    open_whole();
-    size_t room = 0;
-    for (bool is_done = false; !is_done && room < MOST; room += 16) {
-        open_again();
-        test_arena_leave(&stage.adapter->arena, room);
-        CohortError err = {0};
-        is_done = cohort_adapter_populate(stage.adapter, &err);
-        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
-        close_again();
-    }
-    assert_true(room > 100 && room < MOST);
-    size_t failures = 0;
-    room = 0;
-    for (bool is_done = false; !is_done && room < MOST; room += 16) {
-        open_again();
-        assert_true(cohort_adapter_populate(stage.adapter, NULL));
-        test_arena_leave(&stage.adapter->arena, room);
-        CohortError err = {0};
-        is_done = cohort_render_index_sync(stage.index, &err);
-        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
-        failures += !is_done;
-        stage.adapter->arena.limit = 0;
-        sync_stage();
-        check_report();
-        close_again();
-    }
-    assert_true(failures > 1 && room < MOST);
+    size_t failures[2];
+    check_room(adapter_arena, false, 16, failures);
+    assert_true(failures[0] > 5);
+    check_room(adapter_arena, true, 16, failures);
+    assert_true(failures[1] > 1);
 }
 
 // The same of what the stage takes to answer.
 static void test_stages_that_run_short(void **state)
 {
     (void)state;
-    open_whole();
-    size_t room = 0, failures = 0;
-    for (bool is_done = false; !is_done && room < MOST; room += 112) {
-        open_again();
-        CohortStage *own = (CohortStage *)(uintptr_t)cohort_adapter_stage(stage.adapter);
-        test_arena_leave(&own->answers_arena, room);
-        CohortError err = {0};
-        bool is_populated = cohort_adapter_populate(stage.adapter, &err);
-        is_done = is_populated && cohort_render_index_sync(stage.index, &err);
-        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
-        own->answers_arena.limit = 0;
-        failures += is_populated && !is_done;
-        if (!is_populated)
-            populate_anew();
-        sync_stage();
-        check_report();
-        close_again();
-    }
-    assert_true(failures > 1 && room < MOST);
+    size_t failures[2];
+    check_room(answers_arena, false, 112, failures);
+    assert_true(failures[0] > 1 && failures[1] > 1);
 }
 
 // Options are copied: each text takes memory of its own.
