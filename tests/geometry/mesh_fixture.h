@@ -13,6 +13,7 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "geometry/mesh.h"
+#include "support/faults.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -52,6 +53,26 @@ static inline int make_mesh(const CohortMeshDesc *desc, CoMesh *mesh)
     if (!co_mesh_create(desc, mesh, count_warning, &warnings, &err))
         fail_msg("%s", err.message);
     return warnings.count;
+}
+
+// Makes a mesh with each of its allocations refused: an error each time, nothing leaks. Returns how
+// many there are.
+static inline uint64_t refuse_allocations(const CohortMeshDesc *desc)
+{
+    TestFaults faults = {0};
+    while (test_faults_next(&faults)) {
+        CoMesh mesh;
+        CohortError err = {0};
+        test_faults_begin(&faults);
+        bool is_made = co_mesh_create(desc, &mesh, NULL, NULL, &err);
+        test_faults_end(&faults, is_made, &err);
+        if (!is_made)
+            continue;
+        assert_int_equal(co_memory_live(CO_MEMORY_GEOMETRY), mesh.bytes);
+        co_mesh_destroy(&mesh);
+    }
+    assert_int_equal(co_memory_live(CO_MEMORY_GEOMETRY), 0);
+    return faults.count;
 }
 
 static inline CoVec3 mesh_point(const CoMesh *mesh, uint32_t tri, size_t corner)
