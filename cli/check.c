@@ -231,6 +231,9 @@ static bool check_path(Check *check, const char *path, StageOptions *which, Coho
             check_found(check, FINDING_NOT_HONORED, COHORT_SEVERITY_ERROR,
                         cohort_stage_root(check->stage), NULL, "it cannot be rendered: %s",
                         why.message);
+        // What could not be asked for want of memory is no finding.
+        if (why.code == COHORT_ERROR_OUT_OF_MEMORY || cohort_stage_ran_short(check->stage))
+            is_read = fail(err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory");
     }
     cohort_adapter_destroy(adapter);
     cohort_delegate_destroy(delegate);
@@ -249,10 +252,10 @@ static int run(const char *path, CheckOptions *options)
     char text[2 * sizeof err.message];
     bool is_read = check_path(&check, path, &options->which, &err),
          is_limit = err.code == COHORT_ERROR_LIMIT;
-    if (err.code == COHORT_ERROR_ARGUMENT) {
+    if (err.code == COHORT_ERROR_ARGUMENT || err.code == COHORT_ERROR_OUT_OF_MEMORY) {
         print_failure("error", &err);
         findings_clear(&check.findings);
-        return EXIT_USAGE;
+        return err.code == COHORT_ERROR_ARGUMENT ? EXIT_USAGE : EXIT_LOAD;
     }
     if (!is_read && !check.findings.count)
         findings_add(&check.findings,

@@ -114,6 +114,11 @@ int command_tree(int argc, char **argv)
         code = print_composition(stage, path);
     for (size_t i = 0; !path && i < cohort_prim_child_count(root); i++)
         print_prim(cohort_prim_child(root, i), 0);
+    if (cohort_stage_ran_short(stage)) {
+        fail(&err, COHORT_ERROR_OUT_OF_MEMORY, "out of memory: not all that is there is printed");
+        print_failure("error", &err);
+        code = EXIT_LOAD;
+    }
     cohort_stage_destroy(stage);
     return code;
 }
