@@ -70,7 +70,8 @@ static void warn_of_slips(const StageOptions *o, const CohortStage *stage, Messa
     for (size_t i = 0; i < o->mutes.count; i++)
         if (!cohort_stage_met_muted(stage, i) && !is_repeated(&o->mutes, i))
             warn(messages, "--mute", o->mutes.items[i],
-                 "the stage leads to no such layer (relative paths begin at the current folder)");
+                 "the stage leads to no such layer (relative paths begin at the stage's folder "
+                 "or at the current one)");
     for (size_t i = 0; i < o->search_path_flags; i++) {
         struct stat info;
         const char *path = o->search_paths.items[i];

@@ -258,12 +258,25 @@ static void layers_and_folders_that_are_not_there(void **state)
         assert_ran(&ran, plain.code, "warning: --search-path /nonexistent: ");
         assert_int_equal(line_count(ran.err), line_count(plain.err) + 2);
     }
-    write_text("part.usda", "#usda 1.0\ndef Cube \"C\"\n{\n}\n");
-    write_text("whole.usda", "#usda 1.0\n(\n    subLayers = [@./part.usda@]\n)\n");
-    command_run(&ran, "tree whole.usda --mute part.usda");
-    assert_int_equal(ran.code, 0);
-    assert_string_equal(ran.err, "");
-    assert_null(strstr(ran.out, "Cube"));
+}
+
+// By paths from the stage's folder and from the current one.
+static void muted_layers_are_found(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {
+        "tree shot/whole.usda --mute part.usda", "tree shot/whole.usda --mute ./part.usda",
+        "tree shot/whole.usda --mute shot/part.usda", "tree shot/whole.usda"};
+    assert_int_equal(mkdir("shot", 0777), 0);
+    write_text("shot/part.usda", "#usda 1.0\ndef Cube \"C\"\n{\n}\n");
+    write_text("shot/whole.usda", "#usda 1.0\n(\n    subLayers = [@./part.usda@]\n)\n");
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        Ran ran;
+        command_run(&ran, "%s", commands[i]);
+        assert_int_equal(ran.code, 0);
+        assert_string_equal(ran.err, "");
+        assert_int_equal(strstr(ran.out, "Cube") != NULL, i == 3);
+    }
 }
 
 static void cat_writes_what_it_reads(void **state)
@@ -297,6 +310,7 @@ int main(void)
         cmocka_unit_test(refusals_of_cat_and_diff),
         cmocka_unit_test(parts_that_are_not_there),
         cmocka_unit_test(layers_and_folders_that_are_not_there),
+        cmocka_unit_test(muted_layers_are_found),
         cmocka_unit_test(cat_writes_what_it_reads),
     };
     return cmocka_run_group_tests(tests, scratch_enter, scratch_leave);

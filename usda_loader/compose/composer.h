@@ -129,6 +129,11 @@ typedef struct CoPathList {
     size_t count;
 } CoPathList;
 
+typedef struct CoMutedPath {
+    const char *beside_root, *from_here; // where it may lead; tokens
+    bool is_met;                         // something led to it
+} CoMutedPath;
+
 typedef struct CoComposer {
     CoArena arena;
     CoArena scratch; // graphs and tasks; marked and rewound by whoever walks the stage
@@ -138,8 +143,7 @@ typedef struct CoComposer {
     jmp_buf escape;
     CoFieldNames names;
     CoPathList loads, unloads, mask; // of the options (population.h)
-    const char **muted;              // tokens
-    bool *muted_met;                 // which of them something led to
+    CoMutedPath *muted;              // of the options
     const struct CoComposer *donor;  // of a stage whose layers may be shared; NULL: none
     CoLayerFile **files;
     size_t file_count, file_capacity;

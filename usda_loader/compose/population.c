@@ -50,7 +50,23 @@ static bool read_prims(CoComposer *c, const CohortPaths *texts, CoPathList *out,
     return true;
 }
 
-bool co_population_init(CoComposer *c, CohortError *err)
+// A relative path begins where the root layer lies, as for MuteLayer of the reference's stages, or
+// at the current folder, where shells complete it. (usdview's --mute, a pattern that is looked for
+// in whole paths, takes both.)
+static void read_muted(CoComposer *c, const char *root)
+{
+    const CohortPaths *texts = &c->options.muted;
+    CoLayerFile beside = {.path = co_asset_anchor(c, NULL, root)};
+    c->muted = co_composer_array(c, texts->count, sizeof *c->muted);
+    for (size_t i = 0; i < texts->count; i++) {
+        if (!texts->items[i])
+            continue;
+        c->muted[i].beside_root = co_asset_anchor(c, &beside, texts->items[i]);
+        c->muted[i].from_here = co_asset_anchor(c, NULL, texts->items[i]);
+    }
+}
+
+bool co_population_init(CoComposer *c, const char *root, CohortError *err)
 {
     CohortStageOptions *o = &c->options;
     CohortPaths *lists[] = {&o->loads, &o->unloads, &o->mask, &o->muted, &o->search_paths};
@@ -58,10 +74,7 @@ bool co_population_init(CoComposer *c, CohortError *err)
         copy_paths(c, lists[i]);
     copy_choices(c, o);
     o->session = copy_text(c, o->session);
-    c->muted = co_composer_array(c, o->muted.count, sizeof *c->muted);
-    c->muted_met = co_composer_array(c, o->muted.count, sizeof *c->muted_met);
-    for (size_t i = 0; i < o->muted.count; i++)
-        c->muted[i] = o->muted.items[i] ? co_asset_anchor(c, NULL, o->muted.items[i]) : NULL;
+    read_muted(c, root);
     return read_prims(c, &o->loads, &c->loads, "load", err) &&
            read_prims(c, &o->unloads, &c->unloads, "unload", err) &&
            read_prims(c, &o->mask, &c->mask, "mask", err);
@@ -72,9 +85,9 @@ bool co_composer_is_muted(CoComposer *c, const char *path)
 {
     bool is_muted = false;
     for (size_t i = 0; i < c->options.muted.count; i++) {
-        if (c->muted[i] != path)
+        if (c->muted[i].beside_root != path && c->muted[i].from_here != path)
             continue;
-        c->muted_met[i] = is_muted = true;
+        c->muted[i].is_met = is_muted = true;
     }
     return is_muted;
 }

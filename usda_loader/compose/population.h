@@ -6,9 +6,9 @@
 #include "compose/composer.h"
 
 // Takes the options over: copies all they point to into the composer's arena and reads their paths.
-// Leaves by the composer's escape when memory is at an end; false when a path is none, *err says
-// which.
-bool co_population_init(CoComposer *c, CohortError *err);
+// `root` is the root layer's, as it is given. Leaves by the composer's escape when memory is at an
+// end; false when a path is none, *err says which.
+bool co_population_init(CoComposer *c, const char *root, CohortError *err);
 
 // False if the mask leaves the prim out. Prims above those of the mask are in.
 bool co_population_includes(const CoComposer *c, const CoPath *path);

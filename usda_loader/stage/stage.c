@@ -17,7 +17,7 @@
 static bool open_root(CohortStage *stage, const char *path)
 {
     CoComposer *c = &stage->composer;
-    if (!co_population_init(c, c->err))
+    if (!co_population_init(c, path, c->err))
         return false;
     const CoLayerFile *root = co_composer_layer(c, co_asset_anchor(c, NULL, path), c->err);
     if (!root)
@@ -182,7 +182,7 @@ const char *cohort_stage_layer(const CohortStage *stage, size_t i)
 
 bool cohort_stage_met_muted(const CohortStage *stage, size_t i)
 {
-    return i < stage->composer.options.muted.count && stage->composer.muted_met[i];
+    return i < stage->composer.options.muted.count && stage->composer.muted[i].is_met;
 }
 
 static void note_earliest(const CohortPrim *prim, double *earliest, const CoFieldNames *names)

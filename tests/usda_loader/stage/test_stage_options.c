@@ -104,6 +104,24 @@ static void muted_layers_say_nothing(void **state)
     cohort_stage_destroy(stage);
 }
 
+// As the root layer would name them, by search paths if need be.
+static void muted_layers_are_looked_for_beside_the_root(void **state)
+{
+    (void)state;
+    static const char *const muted[] = {"./sub.usda", "../mem/thing.usda", "parts/part.usda",
+                                        "./parts/part.usda", "shop.usda"};
+    static const char *const folders[] = {"/lib"};
+    MemoryFiles files = FILES(shop);
+    CohortStageOptions options = {.muted = {muted, 5}, .search_paths = {folders, 1}};
+    CohortStage *stage = memory_stage(&files, &options, NULL);
+    assert_int_equal(files.opened, 1);
+    assert_true(number(stage, "x") == 1 && number(stage, "y") == -1);
+    assert_false(has(stage, "/World/A/Leaf") || has(stage, "/World/C/Leaf"));
+    for (size_t i = 0; i < 5; i++)
+        assert_int_equal(cohort_stage_met_muted(stage, i), i < 3);
+    cohort_stage_destroy(stage);
+}
+
 static void a_mask_keeps_what_leads_there(void **state)
 {
     (void)state;
@@ -243,6 +261,7 @@ int main(void)
         cmocka_unit_test(search_paths_find_what_lies_elsewhere),
         cmocka_unit_test(a_session_layer_is_the_strongest),
         cmocka_unit_test(muted_layers_say_nothing),
+        cmocka_unit_test(muted_layers_are_looked_for_beside_the_root),
         cmocka_unit_test(a_mask_keeps_what_leads_there),
         cmocka_unit_test(payloads_come_by_rule),
         cmocka_unit_test(payloads_of_instances_are_told_apart),

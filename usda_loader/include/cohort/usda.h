@@ -169,7 +169,8 @@ typedef struct CohortStageOptions {
     CohortPaths loads, unloads;
     // Only these prims, what is above them and what is below; none = all. Targets are kept.
     CohortPaths mask;
-    CohortPaths muted;        // layers (never the root) that are as if they were empty
+    CohortPaths muted; // layers (never the root) that are as if they were empty; relative paths
+                       // begin at the root layer's folder, or at the current one
     CohortPaths search_paths; // folders for asset paths that begin with neither "/", "./" nor "../"
                               // and lead nowhere from their layer; the first that has it
     const char *session;      // a layer stronger than the root layer; NULL or "" = none
