@@ -401,6 +401,7 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
     CO_CHECK(a->record_count, err, COHORT_ERROR_ARGUMENT, "the stage is not in the index yet");
     if (time == a->time || (isnan(time) && isnan(a->time)))
         return true;
+    const double before = a->time;
     begin(a);
     a->time = time;
     a->resolved.time = time;
@@ -410,7 +411,10 @@ bool cohort_adapter_set_time(CohortAdapter *a, double time, CohortError *err)
             cohort_render_index_mark_dirty(a->index, a->records[i].path, bits);
     }
     co_resolve_size(a);
-    return end(a, true, &(CohortError){0}, err);
+    bool ok = end(a, true, &(CohortError){0}, err);
+    if (!ok) // not all that varies may be marked: the same time is another still
+        a->time = a->resolved.time = before;
+    return ok;
 }
 
 // ---- Queries -----------------------------------------------------------------------------------

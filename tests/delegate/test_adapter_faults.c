@@ -280,6 +280,51 @@ static void test_stages_that_run_short(void **state)
     assert_true(failures[0] > 1 && failures[1] > 1);
 }
 
+static uint64_t hash_frame(void)
+{
+    CohortResolvedSettings settings;
+    cohort_adapter_settings(stage.adapter, &settings);
+    return co_hash_combine(hash_scene(), settings.width ^ (uint64_t)settings.height << 32);
+}
+
+// A time that was refused can be set.
+static void test_set_time(void **state)
+{
+    (void)state;
+    open_stage("def Xform 'Parent' {"
+               "  color3f[] primvars:displayColor.timeSamples = { 1: [(1,0,0)], 2: [(0,1,0)] };"
+               "  def Mesh 'M' { $triangle } }"
+               "def Mesh 'S' { $triangle"
+               "  def GeomSubset 'G' { int[] indices.timeSamples = { 1: [], 2: [0] };"
+               "    uniform token elementType = 'face';"
+               "    uniform token familyName = 'materialBind' } }"
+               "def Camera 'C' { float horizontalAperture.timeSamples = { 1: 10, 3: 20 };"
+               "  float verticalAperture = 10 }");
+    assert_true(cohort_adapter_set_time(stage.adapter, 2.0, NULL));
+    assert_true(cohort_render_index_sync(stage.index, NULL));
+    uint64_t there = hash_frame();
+    close_again();
+    size_t room = 0, failures = 0;
+    for (bool is_done = false; !is_done && room < MOST; room += 4) {
+        open_again();
+        assert_true(cohort_adapter_populate(stage.adapter, NULL));
+        assert_true(cohort_render_index_sync(stage.index, NULL));
+        assert_true(hash_frame() != there);
+        CoArena *arena = answers_arena();
+        test_arena_leave(arena, room);
+        CohortError err = {0};
+        is_done = cohort_adapter_set_time(stage.adapter, 2.0, &err);
+        assert_int_equal(err.code, is_done ? COHORT_OK : COHORT_ERROR_OUT_OF_MEMORY);
+        arena->limit = 0;
+        failures += !is_done;
+        assert_true(is_done || cohort_adapter_set_time(stage.adapter, 2.0, NULL));
+        assert_true(cohort_render_index_sync(stage.index, NULL));
+        assert_int_equal(hash_frame(), there);
+        close_again();
+    }
+    assert_true(failures > 1 && room < MOST);
+}
+
 // Options are copied: each text takes memory of its own.
 static void test_open(void **state)
 {
@@ -316,6 +361,7 @@ int main(void)
         cmocka_unit_test_teardown(test_sync, close_stage),
         cmocka_unit_test_teardown(test_the_last_bytes, close_stage),
         cmocka_unit_test_teardown(test_stages_that_run_short, close_stage),
+        cmocka_unit_test_teardown(test_set_time, close_stage),
         cmocka_unit_test_teardown(test_open, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
