@@ -25,10 +25,15 @@ static bool is_strong(const CohortPrim *prim, const char *relationship)
            strcmp(co_values_text(&value), "strongerThanDescendants") == 0;
 }
 
-static const char *first_target(const CohortPrim *prim, const char *relationship)
+// A binding has one target; of several none is meant.
+static const char *only_target(const CohortAdapter *adapter, const CohortPrim *prim,
+                               const char *relationship)
 {
     const char *const *targets;
-    return cohort_prim_targets(prim, relationship, &targets) ? targets[0] : NULL;
+    size_t count = cohort_prim_targets(prim, relationship, &targets);
+    if (count > 1)
+        co_adapter_report(adapter, prim, relationship, targets[1], "more than one target: ignored");
+    return count == 1 ? targets[0] : NULL;
 }
 
 // ---- Collections -------------------------------------------------------------------------------
@@ -108,7 +113,7 @@ static void gather(Membership *m, const char *collection)
     bool expands = strcmp(cohort_prim_token(prim, name, time, "expandPrims"), "explicitOnly") != 0;
     memcpy(name + length, ":includeRoot", sizeof ":includeRoot");
     if (cohort_prim_bool(prim, name, time, false))
-        note_entry(m, "/", true, true);
+        note_entry(m, "/", expands, true);
     memcpy(name + length, ":includes", sizeof ":includes");
     note_targets(m, prim, name, expands, true);
     memcpy(name + length, ":excludes", sizeof ":excludes");
@@ -122,9 +127,10 @@ static bool collection_holds(const CohortAdapter *adapter, const char *collectio
     return m.is_in;
 }
 
-// The binding of a prim's collections to the prim at `leaf`, in the order of their names.
-static Binding collection_binding(const CohortAdapter *adapter, const CohortPrim *prim,
-                                  const char *prefix, const char *leaf)
+// Puts the binding of the first of a prim's collections, in the order of their names, that holds
+// the prim at `leaf` and is not weaker than what was found: a direct binding of the same prim is.
+static void take_collection(const CohortAdapter *adapter, const CohortPrim *prim,
+                            const char *prefix, const char *leaf, bool found_here, Binding *found)
 {
     size_t count = cohort_prim_property_count(prim), length = strlen(prefix);
     for (size_t i = 0; i < count; i++) {
@@ -133,11 +139,15 @@ static Binding collection_binding(const CohortAdapter *adapter, const CohortPrim
         if (!co_starts_with(name, prefix) || strchr(name + length, ':'))
             continue;
         const char *const *targets;
-        if (cohort_prim_targets(prim, name, &targets) == 2 &&
-            collection_holds(adapter, targets[0], leaf))
-            return (Binding){.material = targets[1], .is_strong = is_strong(prim, name)};
+        if (cohort_prim_targets(prim, name, &targets) != 2 ||
+            !collection_holds(adapter, targets[0], leaf))
+            continue;
+        bool strong = is_strong(prim, name);
+        if (!found->material || found_here || strong) {
+            *found = (Binding){.material = targets[1], .is_strong = strong};
+            return;
+        }
     }
-    return (Binding){0};
 }
 
 static bool has_collections(const CohortPrim *prim)
@@ -151,18 +161,20 @@ static bool has_collections(const CohortPrim *prim)
 
 // ---- Resolution --------------------------------------------------------------------------------
 
-static Binding own_binding(const CohortAdapter *adapter, const CohortPrim *prim, bool full,
-                           const char *leaf)
+// One step of the climb from the prim at `leaf`: what this prim binds, in place of what was found
+// below it where that is nothing or weaker.
+static void take_bindings(const CohortAdapter *adapter, const CohortPrim *prim, bool full,
+                          const char *leaf, Binding *found)
 {
-    Binding found = collection_binding(
-        adapter, prim,
-        full ? "material:binding:collection:full:" : "material:binding:collection:", leaf);
-    if (found.material)
-        return found;
     const char *direct = full ? "material:binding:full" : "material:binding";
-    found.material = first_target(prim, direct);
-    found.is_strong = found.material && is_strong(prim, direct);
-    return found;
+    const char *material = only_target(adapter, prim, direct);
+    bool strong = material && is_strong(prim, direct);
+    bool is_taken = material && (!found->material || strong);
+    if (is_taken)
+        *found = (Binding){.material = material, .is_strong = strong};
+    take_collection(adapter, prim,
+                    full ? "material:binding:collection:full:" : "material:binding:collection:",
+                    leaf, is_taken, found);
 }
 
 typedef struct Chain {
@@ -181,13 +193,10 @@ static void climb(const CohortAdapter *adapter, CoPlace place, Chain *chain)
 static Binding resolve(const CohortAdapter *adapter, const Chain *chain, bool full)
 {
     const char *leaf = cohort_prim_path(chain->prims[0]);
-    Binding binding = {0};
-    for (size_t i = chain->depth; i-- > 0 && !binding.is_strong;) {
-        Binding own = own_binding(adapter, chain->prims[i], full, leaf);
-        if (own.material)
-            binding = own;
-    }
-    return binding;
+    Binding found = {0};
+    for (size_t i = 0; i < chain->depth; i++)
+        take_bindings(adapter, chain->prims[i], full, leaf, &found);
+    return found;
 }
 
 const char *co_binding_resolve(const CohortAdapter *adapter, CoPlace place)

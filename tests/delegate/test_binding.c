@@ -100,6 +100,36 @@ static void test_collections(void **state)
     assert_true(mesh_red("/C/Inn") == 0.1f);
 }
 
+// A collection replaces the direct binding of its prim, which beat what is bound below; where it is
+// too weak for that, the next that is strong counts. A binding to two materials is none.
+static void test_collections_beside_direct_bindings(void **state)
+{
+    (void)state;
+    open_bound("def Xform 'C' {"
+               "  rel material:binding = </M1> (bindMaterialAs = 'strongerThanDescendants');"
+               "  rel material:binding:collection:some = [</C.collection:some>, </M2>];"
+               "  rel collection:some:includes = [</C/A>];"
+               "  def Mesh 'A' { $triangle rel material:binding = </M3> }"
+               "  def Mesh 'B' { $triangle rel material:binding = </M3> }"
+               "}"
+               "def Xform 'D' {"
+               "  rel material:binding:collection:a = [</D.collection:a>, </M1>];"
+               "  rel material:binding:collection:b = [</D.collection:a>, </M2>]"
+               "    (bindMaterialAs = 'strongerThanDescendants');"
+               "  rel collection:a:includes = [</D>];"
+               "  def Mesh 'A' { $triangle rel material:binding = </M3> }"
+               "  def Mesh 'B' { $triangle }"
+               "}"
+               "def Xform 'Two' { rel material:binding = </M1>;"
+               "  def Mesh 'A' { $triangle rel material:binding = [</M2>, </M3>] }"
+               "}");
+    assert_true(mesh_red("/C/A") == 0.2f);
+    assert_true(mesh_red("/C/B") == 0.1f);
+    assert_true(mesh_red("/D/A") == 0.2f);
+    assert_true(mesh_red("/D/B") == 0.1f);
+    assert_true(mesh_red("/Two/A") == 0.1f && is_reported("/Two/A", "material:binding"));
+}
+
 static void test_strong_collections_win_below(void **state)
 {
     (void)state;
@@ -135,7 +165,8 @@ static void test_collections_of_collections(void **state)
     assert_true(mesh_red("/C/Out") == 0.1f);
 }
 
-// includeRoot takes in all there is but what is excluded; explicitOnly only what it names.
+// includeRoot takes in all there is but what is excluded; explicitOnly only what it names, be it
+// the root.
 static void test_expansion_of_collections(void **state)
 {
     (void)state;
@@ -149,6 +180,7 @@ static void test_expansion_of_collections(void **state)
                "def Xform 'E' {"
                "  rel material:binding:collection:few = [</E.collection:few>, </M3>];"
                "  uniform token collection:few:expansionRule = 'explicitOnly';"
+               "  bool collection:few:includeRoot = 1;"
                "  rel collection:few:includes = [</E/X>, </E/Named>];"
                "  def Xform 'X' { def Mesh 'Below' { $triangle } }"
                "  def Mesh 'Named' { $triangle }"
@@ -205,6 +237,7 @@ int main(void)
         cmocka_unit_test_teardown(test_strength_and_purpose, close_stage),
         cmocka_unit_test_teardown(test_bindings_to_nothing, close_stage),
         cmocka_unit_test_teardown(test_collections, close_stage),
+        cmocka_unit_test_teardown(test_collections_beside_direct_bindings, close_stage),
         cmocka_unit_test_teardown(test_strong_collections_win_below, close_stage),
         cmocka_unit_test_teardown(test_collections_of_collections, close_stage),
         cmocka_unit_test_teardown(test_expansion_of_collections, close_stage),
