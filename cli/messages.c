@@ -67,11 +67,15 @@ static size_t group_end(const CohortReportEntry *entries, size_t count, size_t b
     return end;
 }
 
-static void print_entry(const CohortReportEntry *e, size_t prims)
+// Entries of one name and action, in order of prims: one line. A prim has one for each value.
+static void print_entries(const CohortReportEntry *e, size_t count)
 {
     bool is_same_value = true;
-    for (size_t i = 1; i < prims; i++)
+    size_t prims = 1;
+    for (size_t i = 1; i < count; i++) {
         is_same_value = is_same_value && !strcmp(e[i].value, e->value);
+        prims += strcmp(e[i].prim_path, e[i - 1].prim_path) != 0;
+    }
     fprintf(stderr, "cohort: ");
     if (e->prim_path[0])
         fprintf(stderr, "<%s> ", e->prim_path);
@@ -121,7 +125,7 @@ static void print_report(const CohortReportEntry *entries, size_t count,
     for (size_t i = 0, end; i < kept; i = end) {
         end = is_verbose ? i + 1 : group_end(sorted, kept, i);
         if (lines++ < LINES_MAX || is_verbose)
-            print_entry(&sorted[i], end - i);
+            print_entries(&sorted[i], end - i);
         else
             hidden += end - i;
     }

@@ -3,6 +3,8 @@
 #include "base/error.h"
 #include "math/elementary.h"
 
+#include <string.h>
+
 #define SIDES 128u   // around the axis
 #define MERIDIAN 64u // from pole to pole of a sphere
 #define MAX_SEGMENTS (MERIDIAN + 3)
@@ -282,7 +284,10 @@ static bool check_sizes(const CoImplicitDesc *d, const char *path, CohortError *
     if (d->kind == CO_IMPLICIT_PLANE)
         return check_size(path, "width", d->width, err) &&
                check_size(path, "length", d->length, err);
-    if (!check_size(path, "radius", d->radius_bottom, err))
+    // Where both ends are given by one attribute they are the same to the bit, NaN included.
+    bool has_ends = (d->kind == CO_IMPLICIT_CYLINDER || d->kind == CO_IMPLICIT_CAPSULE) &&
+                    memcmp(&d->radius_bottom, &d->radius_top, sizeof d->radius_top) != 0;
+    if (!check_size(path, has_ends ? "radiusBottom" : "radius", d->radius_bottom, err))
         return false;
     if (d->kind == CO_IMPLICIT_SPHERE)
         return true;

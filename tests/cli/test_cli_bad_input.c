@@ -321,6 +321,21 @@ static void what_is_grouped_keeps_its_value(void **state)
     }
 }
 
+// What one prim has twice, by two values, is not told of two prims.
+static void values_of_one_prim_are_no_prims(void **state)
+{
+    (void)state;
+    Ran ran;
+    run_stage(&ran,
+              "#usda 1.0\ndef PointInstancer \"pi\"\n{\n    rel prototypes = </pi/p>\n"
+              "    int[] protoIndices = [0, -1, 7]\n"
+              "    point3f[] positions = [(0, 0, 0), (3, 0, 0), (6, 0, 0)]\n"
+              "    def Cube \"p\"\n    {\n    }\n}\n",
+              "--headlight");
+    assert_rendered(&ran, "</pi> protoIndices: no such prototype");
+    assert_null(strstr(ran.err, "more"));
+}
+
 // Equal things of many prims are one line, unless all are asked for.
 static void what_is_not_honored_is_grouped(void **state)
 {
@@ -520,6 +535,7 @@ int main(void)
         cmocka_unit_test_setup(no_camera_frames_the_stage, without_output),
         cmocka_unit_test_setup(no_lights_are_dark, without_output),
         cmocka_unit_test_setup(what_is_grouped_keeps_its_value, without_output),
+        cmocka_unit_test_setup(values_of_one_prim_are_no_prims, without_output),
         cmocka_unit_test_setup(what_is_not_honored_is_grouped, without_output),
         cmocka_unit_test_setup(outputs_that_cannot_be_written, without_output),
         cmocka_unit_test_setup(files_that_do_not_fit, without_output),

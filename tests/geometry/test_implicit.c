@@ -182,6 +182,29 @@ static void bad_sizes_are_refused_by_name(void **state)
     assert_false(co_implicit_mesh(&implicit, "/shape", &arena, &desc, NULL));
 }
 
+// The name is that of the attribute: one radius for both ends, or two.
+static void bad_radii_are_named_apart(void **state)
+{
+    (void)state;
+    const struct {
+        double bottom, top;
+        const char *said;
+    } cases[] = {{-1, -1, "radius is"},
+                 {-1, 1, "radiusBottom is"},
+                 {1, -1, "radiusTop is"},
+                 {(double)NAN, (double)NAN, "radius is"}};
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        CoImplicitDesc implicit = {.kind = CO_IMPLICIT_CYLINDER,
+                                   .height = 1,
+                                   .radius_bottom = cases[i].bottom,
+                                   .radius_top = cases[i].top};
+        CohortMeshDesc desc;
+        CohortError err = {0};
+        assert_false(co_implicit_mesh(&implicit, "/shape", &arena, &desc, &err));
+        assert_non_null(strstr(err.message, cases[i].said));
+    }
+}
+
 static void memory_that_runs_out(void **state)
 {
     (void)state;
@@ -206,9 +229,13 @@ static void memory_that_runs_out(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solids_have_their_size), cmocka_unit_test(ends_lie_along_the_axis),
-        cmocka_unit_test(planes_face_their_axis), cmocka_unit_test(sphere_normals_are_radial),
-        cmocka_unit_test(nothing_of_no_size),     cmocka_unit_test(bad_sizes_are_refused_by_name),
+        cmocka_unit_test(solids_have_their_size),
+        cmocka_unit_test(ends_lie_along_the_axis),
+        cmocka_unit_test(planes_face_their_axis),
+        cmocka_unit_test(sphere_normals_are_radial),
+        cmocka_unit_test(nothing_of_no_size),
+        cmocka_unit_test(bad_sizes_are_refused_by_name),
+        cmocka_unit_test(bad_radii_are_named_apart),
         cmocka_unit_test(memory_that_runs_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
