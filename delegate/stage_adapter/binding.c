@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum {
-    MAX_CHAIN = 1024,
+    LEAF_SIZE = 4096,
     MAX_PATH = 1024,
     MAX_COLLECTIONS = 64 // that include each other
 };
@@ -177,48 +177,67 @@ static void take_bindings(const CohortAdapter *adapter, const CohortPrim *prim, 
                     leaf, is_taken, found);
 }
 
-typedef struct Chain {
-    const CohortPrim *prims[MAX_CHAIN]; // from the prim up
-    size_t depth;
-} Chain;
+// A climb from a prim up, through prototypes. What stands in a native prototype has the path of one
+// place, and is many: where the climb leaves it, the leaf's path becomes that of the place climbed
+// through, which collections outside name.
+typedef struct Climb {
+    CoPlace place;
+    char leaf[LEAF_SIZE];
+} Climb;
 
-static void climb(const CohortAdapter *adapter, CoPlace place, Chain *chain)
+static void climb_begin(Climb *climb, CoPlace place)
 {
-    chain->depth = 0;
-    do
-        chain->prims[chain->depth++] = place.prim;
-    while (chain->depth < MAX_CHAIN && co_place_up(adapter, &place));
+    climb->place = place;
+    snprintf(climb->leaf, sizeof climb->leaf, "%s", cohort_prim_path(place.prim));
 }
 
-static Binding resolve(const CohortAdapter *adapter, const Chain *chain, bool full)
+static bool climb_up(const CohortAdapter *adapter, Climb *climb)
 {
-    const char *leaf = cohort_prim_path(chain->prims[0]);
+    uint32_t inside = climb->place.prototype;
+    if (!co_place_up(adapter, &climb->place))
+        return false;
+    if (!co_place_left_native(adapter, inside, climb->place))
+        return true;
+    const char *root = cohort_prim_path(adapter->prototypes[inside].root);
+    if (!is_at_or_below(climb->leaf, root))
+        return true;
+    char moved[LEAF_SIZE];
+    int length = snprintf(moved, sizeof moved, "%s%s", cohort_prim_path(climb->place.prim),
+                          climb->leaf + strlen(root));
+    if (length > 0 && (size_t)length < sizeof moved)
+        memcpy(climb->leaf, moved, (size_t)length + 1);
+    return true;
+}
+
+static Binding resolve(const CohortAdapter *adapter, CoPlace place, bool full)
+{
+    Climb climb;
     Binding found = {0};
-    for (size_t i = 0; i < chain->depth; i++)
-        take_bindings(adapter, chain->prims[i], full, leaf, &found);
+    climb_begin(&climb, place);
+    do
+        take_bindings(adapter, climb.place.prim, full, climb.leaf, &found);
+    while (climb_up(adapter, &climb));
     return found;
 }
 
 const char *co_binding_resolve(const CohortAdapter *adapter, CoPlace place)
 {
-    Chain chain;
-    climb(adapter, place, &chain);
-    const char *full = resolve(adapter, &chain, true).material;
-    return full ? full : resolve(adapter, &chain, false).material;
+    const char *full = resolve(adapter, place, true).material;
+    return full ? full : resolve(adapter, place, false).material;
 }
 
 bool co_binding_key(const CohortAdapter *adapter, CoPlace place, char *out, size_t size)
 {
-    Chain chain;
-    climb(adapter, place, &chain);
+    Climb climb;
+    bool has_any = false;
+    climb_begin(&climb, place);
+    do
+        has_any = has_any || has_collections(climb.place.prim);
+    while (climb_up(adapter, &climb));
     // Whether a collection holds a descendant depends on its path: such places share nothing.
-    const char *alone = "";
-    for (size_t i = 0; i < chain.depth && !alone[0]; i++)
-        if (has_collections(chain.prims[i]))
-            alone = cohort_prim_path(place.prim);
-    Binding full = resolve(adapter, &chain, true), all = resolve(adapter, &chain, false);
+    Binding full = resolve(adapter, place, true), all = resolve(adapter, place, false);
     int length =
         snprintf(out, size, "%s%d|%s%d|%s", full.material ? full.material : "", (int)full.is_strong,
-                 all.material ? all.material : "", (int)all.is_strong, alone);
+                 all.material ? all.material : "", (int)all.is_strong, has_any ? climb.leaf : "");
     return length >= 0 && (size_t)length < size;
 }

@@ -208,6 +208,35 @@ static void test_subsets_have_their_own(void **state)
     assert_true(red_of(fake_mesh("/B")->subset_material) == 0.1f);
 }
 
+// Collections name prims below an instance by the path of the instance, not of the one whose
+// children it shares; nested instances by that of all around them.
+static void test_collections_reach_into_instances(void **state)
+{
+    (void)state;
+    open_bound("class Xform 'P' { def Xform 'N' (instanceable = true; inherits = </Q>) {} }"
+               "class Xform 'Q' { def Mesh 'A' { $triangle } def Mesh 'B' { $triangle } }"
+               "def Xform 'W' {"
+               "  rel material:binding:collection:x = [</W.collection:x>, </M1>];"
+               "  rel material:binding:collection:y = [</W.collection:y>, </M2>];"
+               "  rel collection:x:includes = [</W/I2>];"
+               "  rel collection:y:includes = [</W/I3/N/B>];"
+               "  def Xform 'I1' (instanceable = true; inherits = </P>) {}"
+               "  def Xform 'I2' (instanceable = true; inherits = </P>) {}"
+               "  def Xform 'I3' (instanceable = true; inherits = </P>) {}"
+               "}");
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(root->instance_count, 3);
+    const float want[3][2] = {{-1.0f, -1.0f}, {0.1f, 0.1f}, {-1.0f, 0.2f}};
+    for (int i = 0; i < 3; i++) {
+        const FakeObject *outer = &fake.objects[root->instances[i].object];
+        assert_int_equal(outer->instance_count, 1);
+        const FakeObject *nested = &fake.objects[outer->instances[0].object];
+        assert_int_equal(nested->instance_count, 2);
+        for (int k = 0; k < 2; k++)
+            assert_true(red_of(fake.objects[nested->instances[k].object].material) == want[i][k]);
+    }
+}
+
 // Instances whose parts are bound differently by the places are told apart, others are not.
 static void test_instances_by_binding(void **state)
 {
@@ -242,6 +271,7 @@ int main(void)
         cmocka_unit_test_teardown(test_collections_of_collections, close_stage),
         cmocka_unit_test_teardown(test_expansion_of_collections, close_stage),
         cmocka_unit_test_teardown(test_subsets_have_their_own, close_stage),
+        cmocka_unit_test_teardown(test_collections_reach_into_instances, close_stage),
         cmocka_unit_test_teardown(test_instances_by_binding, close_stage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
