@@ -187,7 +187,8 @@ bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull
                       CohortMeshSource *out, CohortError *err);
 
 // A constant displayColor of the place or above it.
-bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color[3]);
+bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, CohortPull *pull,
+                        float color[3]);
 
 // UsdGeom's implicits as meshes; false when the type is none.
 bool co_is_implicit_type(const char *type);

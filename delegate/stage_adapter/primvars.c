@@ -188,20 +188,34 @@ bool co_pull_primvars(CohortAdapter *adapter, const CoRecord *record, CohortPull
     return true;
 }
 
-bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, float color[3])
+// A constant color of any precision that a prim authors, the one that its index chooses.
+static bool constant_color(const CohortAdapter *adapter, const CohortPrim *prim, CohortPull *pull,
+                           float color[3])
 {
     static const char attribute[] = "primvars:displayColor";
+    CoFloats values;
+    if (interpolation_of(prim, attribute, COHORT_INTERPOLATION_CONSTANT) !=
+            COHORT_INTERPOLATION_CONSTANT ||
+        !co_values_read(adapter, prim, attribute, pull, &values) || values.components != 3)
+        return false;
+    size_t index_count;
+    const int32_t *indices =
+        co_values_ints(adapter, prim, "primvars:displayColor:indices", &index_count);
+    size_t chosen = index_count ? (size_t)indices[0] : 0; // a negative one is beyond all
+    if (chosen >= values.count)
+        return false;
+    memcpy(color, values.values + 3 * chosen, 3 * sizeof *color);
+    return true;
+}
+
+bool co_inherited_color(const CohortAdapter *adapter, CoPlace place, CohortPull *pull,
+                        float color[3])
+{
     uint32_t inside;
     do {
-        CohortValue value;
         inside = place.prototype;
-        if (cohort_prim_value(place.prim, attribute, adapter->time, &value) && value.count &&
-            value.type == COHORT_TYPE_COLOR3F &&
-            interpolation_of(place.prim, attribute, COHORT_INTERPOLATION_CONSTANT) ==
-                COHORT_INTERPOLATION_CONSTANT) {
-            memcpy(color, value.data, 3 * sizeof *color);
+        if (constant_color(adapter, place.prim, pull, color))
             return true;
-        }
     } while (co_place_up(adapter, &place) && !co_place_left_native(adapter, inside, place));
     return false;
 }

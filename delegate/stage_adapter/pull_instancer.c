@@ -33,7 +33,7 @@ static bool set_placement_colors(const CohortAdapter *a, const CoPlacement *plac
     bool any = false;
     for (size_t i = 0; i < count; i++) {
         CoPlace place = {placements[i].prim, placements[i].within};
-        colored[i] = co_inherited_color(a, place, colors + 3 * i);
+        colored[i] = co_inherited_color(a, place, pull, colors + 3 * i);
         any = any || colored[i];
     }
     if (!any)

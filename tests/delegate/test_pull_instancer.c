@@ -34,6 +34,27 @@ static void test_placements_hand_colors_down(void **state)
     assert_null(root->instances[2].display_color);
 }
 
+// A placement's color is chosen by its index, and may be of any precision.
+static void test_indexed_colors_are_handed_down(void **state)
+{
+    (void)state;
+    open_stage("class Xform 'P' { def Mesh 'A' { $triangle } }"
+               "def Xform 'I1' (instanceable = true; inherits = </P>) {"
+               "  color3f[] primvars:displayColor = [(1,0,0), (0,1,0)];"
+               "  int[] primvars:displayColor:indices = [1] }"
+               "def Xform 'I2' (instanceable = true; inherits = </P>) {"
+               "  color3d[] primvars:displayColor = [(0,0,1)] }"
+               "def Xform 'I3' (instanceable = true; inherits = </P>) {"
+               "  color3f[] primvars:displayColor = [(1,0,0)];"
+               "  int[] primvars:displayColor:indices = [-1] }");
+    const FakeObject *root = &fake.objects[0];
+    assert_int_equal(root->instance_count, 3);
+    assert_true(root->colors[0][0] == 0.0f && root->colors[0][1] == 1.0f);
+    assert_non_null(root->instances[1].display_color);
+    assert_true(root->colors[1][2] == 1.0f);
+    assert_null(root->instances[2].display_color);
+}
+
 // ---- PointInstancers ---------------------------------------------------------------------------
 
 static void test_every_array_counts(void **state)
@@ -252,6 +273,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_placements_hand_colors_down, close_stage),
+        cmocka_unit_test_teardown(test_indexed_colors_are_handed_down, close_stage),
         cmocka_unit_test_teardown(test_every_array_counts, close_stage),
         cmocka_unit_test_teardown(test_inactive_prototypes_are_left_out, close_stage),
         cmocka_unit_test_teardown(test_nested_point_instancers, close_stage),
