@@ -2,6 +2,8 @@
 
 #include "compose/composer.h"
 
+#include "base/hash.h"
+
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -54,17 +56,39 @@ static const char *join(CoComposer *c, const char *folder, size_t folder_length,
     return co_composer_need(c, co_token(path, skip + normalize(path + skip, total - skip)));
 }
 
-// Beside the layer, or in the first folder of the search paths that has it.
+static const char *from_here(CoComposer *c, const char *authored)
+{
+    char current[4096];
+    if (!getcwd(current, sizeof current))
+        current[0] = 0;
+    return join(c, current, strlen(current), authored);
+}
+
+// The same of what is asked for again and again: assets that many prims name.
+static bool is_there(CoComposer *c, const char *path)
+{
+    const char **found = &c->found[co_hash64((uint64_t)(uintptr_t)path) % CO_FOUND_PLACES];
+    if (*found != path && !co_asset_exists(c, path))
+        return false;
+    *found = path;
+    return true;
+}
+
+// Beside the layer, at the current folder, or in the first folder of the search paths that has it.
+//
+// Source: OpenUSD, ArDefaultResolver.
 static const char *search(CoComposer *c, const char *beside, const char *authored)
 {
     const CohortPaths *folders = &c->options.search_paths;
     bool is_relative = !strncmp(authored, "./", 2) || !strncmp(authored, "../", 3);
-    if (is_relative || !folders->count || co_asset_exists(c, beside))
+    if (is_relative || is_there(c, beside))
         return beside;
-    for (size_t i = 0; i < folders->count; i++) {
-        const char *path = join(c, folders->items[i], strlen(folders->items[i]), authored);
-        if (co_asset_exists(c, path))
+    const char *path = from_here(c, authored);
+    for (size_t i = 0; i <= folders->count; i++) {
+        if (path != beside && is_there(c, path))
             return path;
+        if (i < folders->count)
+            path = join(c, folders->items[i], strlen(folders->items[i]), authored);
     }
     return beside;
 }
@@ -77,17 +101,8 @@ const char *co_asset_anchor(CoComposer *c, const CoLayerFile *layer, const char 
     if (authored[0] == '/')
         return authored[1] == '/' && authored[2] != '/' ? join(c, "/", 1, authored + 2)
                                                         : join(c, "", 0, authored);
-    char current[4096];
-    const char *folder = current;
-    size_t length;
     const char *slash = layer ? strrchr(layer->path, '/') : NULL;
-    if (slash) {
-        folder = layer->path;
-        length = (size_t)(slash - layer->path);
-    } else {
-        if (!getcwd(current, sizeof current))
-            current[0] = 0;
-        length = strlen(current);
-    }
-    return search(c, join(c, folder, length, authored), authored);
+    size_t length = slash ? (size_t)(slash - layer->path) : 0;
+    return search(c, slash ? join(c, layer->path, length, authored) : from_here(c, authored),
+                  authored);
 }

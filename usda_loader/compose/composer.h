@@ -134,6 +134,10 @@ typedef struct CoMutedPath {
     bool is_met;                         // something led to it
 } CoMutedPath;
 
+enum {
+    CO_FOUND_PLACES = 1024
+};
+
 typedef struct CoComposer {
     CoArena arena;
     CoArena scratch; // graphs and tasks; marked and rewound by whoever walks the stage
@@ -142,9 +146,10 @@ typedef struct CoComposer {
     CohortError *err;
     jmp_buf escape;
     CoFieldNames names;
-    CoPathList loads, unloads, mask; // of the options (population.h)
-    CoMutedPath *muted;              // of the options
-    const struct CoComposer *donor;  // of a stage whose layers may be shared; NULL: none
+    CoPathList loads, unloads, mask;    // of the options (population.h)
+    CoMutedPath *muted;                 // of the options
+    const struct CoComposer *donor;     // of a stage whose layers may be shared; NULL: none
+    const char *found[CO_FOUND_PLACES]; // assets that were there; tokens, by hash
     CoLayerFile **files;
     size_t file_count, file_capacity;
     CoLayerFile **entries; // open addressing by path: files, and what was read ahead of use

@@ -2,6 +2,10 @@
 
 #include "usda_loader/stage/memory_files.h"
 
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
 static const MemoryFile shop[] = {
     {"/mem/shop.usda", "#usda 1.0\n"
                        "(\n timeCodesPerSecond = 24\n subLayers = [@./sub.usda@]\n"
@@ -67,6 +71,29 @@ static void search_paths_find_what_lies_elsewhere(void **state)
     CohortStageOptions options = {.search_paths = {folders, 2}};
     CohortStage *stage = memory_stage(&files, &options, NULL);
     assert_true(has(stage, "/World/C/Leaf"));
+    cohort_stage_destroy(stage);
+}
+
+// What is looked for at all is looked for at the current folder too, before the search paths.
+static void the_current_folder_is_searched(void **state)
+{
+    (void)state;
+    static const char *const folders[] = {"/lib"};
+    char here[4096], part[4200];
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(part, sizeof part, "%s/parts/part.usda", strcmp(here, "/") ? here : "");
+    const MemoryFile found[] = {
+        {"/mem/shop.usda", "#usda 1.0\n"
+                           "def 'A' (references = @parts/part.usda@</P>) {\n}\n"
+                           "def 'B' (references = @./parts/part.usda@</P>) {\n}\n"},
+        {part, "#usda 1.0\ndef 'P' {\ndef 'Here' {\n}\n}\n"},
+        {"/lib/parts/part.usda", "#usda 1.0\ndef 'P' {\ndef 'There' {\n}\n}\n"},
+    };
+    MemoryFiles files = FILES(found);
+    CohortStageOptions options = {.search_paths = {folders, 1}};
+    CohortStage *stage = memory_stage(&files, &options, NULL);
+    assert_true(has(stage, "/A/Here"));
+    assert_false(has(stage, "/A/There") || has(stage, "/B/Here"));
     cohort_stage_destroy(stage);
 }
 
@@ -259,6 +286,7 @@ int main(void)
         cmocka_unit_test(layers_come_from_memory),
         cmocka_unit_test(binary_bytes_are_refused_by_name),
         cmocka_unit_test(search_paths_find_what_lies_elsewhere),
+        cmocka_unit_test(the_current_folder_is_searched),
         cmocka_unit_test(a_session_layer_is_the_strongest),
         cmocka_unit_test(muted_layers_say_nothing),
         cmocka_unit_test(muted_layers_are_looked_for_beside_the_root),

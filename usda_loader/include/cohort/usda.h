@@ -172,7 +172,8 @@ typedef struct CohortStageOptions {
     CohortPaths muted; // layers (never the root) that are as if they were empty; relative paths
                        // begin at the root layer's folder, or at the current one
     CohortPaths search_paths; // folders for asset paths that begin with neither "/", "./" nor "../"
-                              // and lead nowhere from their layer; the first that has it
+                              // and lead nowhere from their layer nor from the current folder; the
+                              // first that has it
     const char *session;      // a layer stronger than the root layer; NULL or "" = none
     const CohortVariantFallback *fallbacks;
     size_t fallback_count;
@@ -379,8 +380,8 @@ bool cohort_prim_numbers(const CohortPrim *prim, const char *name, double time, 
                          size_t count);
 
 // UsdGeomXformable: the prim's own transform (row vectors) at a time; *resets = !resetXformStack!,
-// may be NULL. False, and the identity, where no op is authored or the prim can have none: it has no
-// type, or is a Scope.
+// may be NULL. False, and the identity, where no op is authored or the prim can have none: it has
+// no type, or is a Scope.
 bool cohort_prim_local_transform(const CohortPrim *prim, double time, double out[4][4],
                                  bool *resets);
 
