@@ -9,8 +9,9 @@
 #include <string.h>
 
 enum {
-    LINES_MAX = 12
-}; // of what was not honored, unless --verbose
+    LINES_MAX = 12, // of what was not honored, unless --verbose
+    EQUAL_MAX = 12  // warnings in the same words, likewise
+};
 
 static void release(Messages *m)
 {
@@ -19,6 +20,29 @@ static void release(Messages *m)
     if (m->first.code == COHORT_OK)
         m->first = m->held;
     memset(&m->held, 0, sizeof m->held);
+}
+
+// Fowler, Noll, Vo: FNV-1a.
+static uint64_t hash_words(const char *text)
+{
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x100000001b3u;
+    return hash;
+}
+
+// Whether these words were printed often enough. Words whose places in the table are the same are
+// counted from the last that were others.
+static bool is_worn(Messages *m, const char *text)
+{
+    uint64_t hash = hash_words(text);
+    MessagesSaid *said = &m->said[hash % MESSAGES_SAID];
+    if (said->hash != hash)
+        *said = (MessagesSaid){.hash = hash};
+    if (m->is_verbose || said->times++ < EQUAL_MAX)
+        return false;
+    m->unsaid++;
+    return true;
 }
 
 void messages_report(void *cookie, CohortSeverity severity, const char *file, uint32_t line,
@@ -36,7 +60,7 @@ void messages_report(void *cookie, CohortSeverity severity, const char *file, ui
     snprintf(said.message, sizeof said.message, "%s", text);
     if (severity == COHORT_SEVERITY_ERROR)
         m->held = said;
-    else if (!m->is_quiet)
+    else if (!m->is_quiet && !is_worn(m, text))
         print_failure("warning", &said);
 }
 
@@ -45,6 +69,9 @@ void messages_end(Messages *m, const CohortError *err)
     if (!strcmp(m->held.message, err->message))
         memset(&m->held, 0, sizeof m->held);
     release(m);
+    if (m->unsaid)
+        fprintf(stderr, "cohort: %zu more warnings in the same words; cohort check names all\n",
+                m->unsaid);
     bool is_said = !strcmp(m->first.message, err->message) && m->first.line == err->line;
     if (err->code != COHORT_OK && !is_said)
         print_failure("error", err);

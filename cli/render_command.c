@@ -238,6 +238,7 @@ int command_render(int argc, char **argv)
     if (run.options.frames && !frames_parse(run.options.frames, &run.frames, why, sizeof why))
         return usage_error("render", "%s", why);
     run.messages.is_quiet = run.options.is_quiet;
+    run.messages.is_verbose = run.options.is_verbose;
     render_catch_signals();
     CohortError err = {0};
     code = run_render(&run, &err);

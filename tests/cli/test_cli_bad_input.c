@@ -71,6 +71,30 @@ static void stages_that_cannot_be_read(void **state)
     assert_refused(&ran, 3, "bad.usda:");
 }
 
+// Thousands of prims may name one file.
+static void warnings_in_the_same_words_are_counted(void **state)
+{
+    (void)state;
+    enum {
+        PRIMS = 20
+    };
+    char text[4096];
+    int length = snprintf(text, sizeof text, "#usda 1.0\n");
+    for (int i = 0; i < PRIMS; i++)
+        length += snprintf(text + length, sizeof text - (size_t)length,
+                           "def Sphere \"P%d\" (references = @./absent.usda@) {\n}\n", i);
+    Ran ran;
+    run_stage(&ran, text, "--env sky");
+    assert_rendered(&ran, "</P11>: warning: the reference to @./absent.usda@");
+    assert_null(strstr(ran.err, "</P12>"));
+    assert_non_null(strstr(ran.err, "cohort: 8 more warnings"));
+    run_stage(&ran, text, "--env sky --verbose");
+    assert_rendered(&ran, "</P19>: warning: the reference to @./absent.usda@");
+    assert_null(strstr(ran.err, "more warnings"));
+    command_run(&ran, "tree bad.usda");
+    assert_ran(&ran, 0, "cohort: 8 more warnings");
+}
+
 static void limits_name_the_flag_that_moves_them(void **state)
 {
     (void)state;
@@ -524,6 +548,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(stages_that_cannot_be_read, without_output),
+        cmocka_unit_test_setup(warnings_in_the_same_words_are_counted, without_output),
         cmocka_unit_test_setup(limits_name_the_flag_that_moves_them, without_output),
         cmocka_unit_test_setup(arcs_that_lead_nowhere, without_output),
         cmocka_unit_test_setup(textures, without_output),
